@@ -120,12 +120,12 @@ def outer(exported: Exported, array: str) -> dict[str, str]:
     return {"OUTER_COUNT": str(max(1, count)), "OUTER_SUM": " | ".join(f"{array}[{i}]" for i in range(max(1, count)))}
 
 
-def every_so_many(exported: Exported, indent: str, tick: str, params: str) -> str:
-    """Calls of the slower loops, counted in samples of the law. params: the C name of the gains."""
+def every_so_many(exported: Exported, indent: str, tick: str) -> str:
+    """Calls of the slower loops, counted in samples of the law."""
     text = ""
     for place, loop in enumerate(loops(exported)):
         count = max(1, round(exported.clocked.period(loop) / exported.clocked.period("law")))
-        call = f"_outer[{place}] = {exported.name}_{loop}(&{params}, &_state, &measured, &reference, &slower);"
+        call = f"_outer[{place}] = {exported.name}_{loop}(&_params, &_state, &measured, &reference, &slower);"
         name = f"{exported.name}_clock"
         text += (
             f"{indent}if (({tick} % {count}u) == 0u) {{\n{indent}\t{name} slower = clock;\n"
@@ -226,7 +226,7 @@ def px4(exported: Exported) -> dict[str, str]:
         "FULL_THRUST": f"{float(parameters.airframe.rotor.thrust * parameters.airframe.rotor.fastest**2)!r}f",
         "MIX_ROWS": ", ".join("{" + ", ".join(f"{one!r}f" for one in row) + "}" for row in mix_of(exported)),
         "HOVER_THRUST": f"{weight(parameters)!r}f",
-        "LOOPS\n": every_so_many(exported, "\t", "(clock.tick - 1u)", "_params"),
+        "LOOPS\n": every_so_many(exported, "\t", "(clock.tick - 1u)"),
         **outer(exported, "_outer"),
     }
 
@@ -249,7 +249,7 @@ def ardupilot(exported: Exported) -> dict[str, str]:
     return {
         "FULL_TORQUE": ", ".join(f"{one!r}f" for one in mixer_torque(exported)),
         "HOVER_THRUST": f"{weight(parameters)!r}f",
-        "LOOPS\n": every_so_many(exported, "    ", "clock.tick", "_params"),
+        "LOOPS\n": every_so_many(exported, "    ", "clock.tick"),
         "GAIN_COUNT": str(max(1, len(gains))),
         "GAIN_TABLE\n": "".join(
             f'    AP_GROUPINFO("{name}", {place + 1}, {owner}, _gain[{place}], {literal(value, False)}),\n'

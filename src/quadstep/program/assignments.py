@@ -31,19 +31,24 @@ CONSTANT, INPUT = "constant", "input"
 
 
 class Record(Recording):
-    """The assignments so far, operands before their users. inline: to write elementary functions themselves."""
+    """The assignments so far, operands before their users. inline: to write elementary functions themselves.
+
+    turning: for each place the loops, by counter, in whose turns it is another number.
+    """
 
     def __init__(self, inline: bool = False, precise: bool = True) -> None:
         self.inline, self.precise = inline, precise
         self.nodes: list[Node] = []
         self.known: dict[Node, int] = {}
+        self.turning: list[frozenset[str]] = []
 
-    def place(self, operation: str, *operands: int, text: str = "") -> int:
-        """The place of this assignment, new or as recorded before."""
+    def place(self, operation: str, *operands: int, text: str = "", turning: frozenset[str] = frozenset()) -> int:
+        """The place of this assignment, new or as recorded before. turning: of this number besides its operands'."""
         node = Node(operation, operands, text)
         if node not in self.known:
             self.known[node] = len(self.nodes)
             self.nodes.append(node)
+            self.turning.append(turning.union(*(self.turning[operand] for operand in operands)))
         return self.known[node]
 
     def write(self, operation: str, *operands: Operand | Recorded) -> int:
@@ -71,23 +76,6 @@ class Record(Recording):
     def at(self, number: Operand | Recorded) -> int:
         """The place of a number, which may be a Python one."""
         return number.place if isinstance(number, Recorded) else self.place(CONSTANT, text=repr(float(number)))
-
-
-class LoopRecord(Record):
-    """A record with loops. turning: for each place the loops, by counter, in whose turns it is another number."""
-
-    def __init__(self, inline: bool = False, precise: bool = True) -> None:
-        super().__init__(inline, precise)
-        self.turning: list[frozenset[str]] = []
-
-    def place(self, operation: str, *operands: int, text: str = "", turning: frozenset[str] = frozenset()) -> int:
-        """As in any record. turning: of this number besides its operands'."""
-        place = super().place(operation, *operands, text=text)
-        if place == len(self.turning):
-            for operand in operands:
-                turning |= self.turning[operand]
-            self.turning.append(turning)
-        return place
 
     def around(self, counter: str, results: Sequence[int]) -> tuple[set[int], frozenset[str]]:
         """The values that a loop captures to compute these results, and the other loops on which its turns depend."""
@@ -131,7 +119,7 @@ class LoopAssignment(NamedTuple):
     results: tuple[tuple[str, int], ...]
 
 
-class ScriptRecord(LoopRecord):
+class ScriptRecord(Record):
     """A record that may hold scans."""
 
     def __init__(self) -> None:

@@ -26,32 +26,6 @@ INSTEAD = (
 )
 
 
-class PythonOperators:
-    """Mixin for the kinds of number from which code is generated."""
-
-    __slots__ = ()
-
-    def __pos__(self) -> Self:
-        return self
-
-    def __pow__(self, power: object) -> NoReturn:
-        # Python's own power of a float is a library's, in its last bit not always the product.
-        raise TypeError("a law cannot use powers: write x * x, sqrt(x), or exp(p * log(x))")
-
-    def __float__(self) -> NoReturn:
-        raise TypeError(f"a {type(self).__name__} {INSTEAD}")
-
-    __int__ = __index__ = __round__ = __trunc__ = __floor__ = __ceil__ = __float__
-
-    def __mod__(self, other: object) -> NoReturn:
-        raise TypeError("a law cannot use remainders: % and // are discontinuous, and its numbers have no such operation")
-
-    __rmod__ = __floordiv__ = __rfloordiv__ = __divmod__ = __rdivmod__ = __mod__
-
-    # What numpy.sin(x) and the like call on an object that is no array.
-    sin = cos = tan = exp = log = sqrt = fabs = tanh = arcsin = arccos = arctan = sinh = cosh = __float__
-
-
 S = TypeVar("S")
 T = TypeVar("T")
 
@@ -122,7 +96,7 @@ class RecordedCondition(Recorded):
         raise TypeError(f"a recorded number cannot decide a branch: {CHOOSE}")
 
 
-class RecordedNumber(Recorded, PythonOperators):
+class RecordedNumber(Recorded):
     """A number that the recorded law will compute."""
 
     __slots__ = ()
@@ -187,6 +161,26 @@ class RecordedNumber(Recorded, PythonOperators):
 
     def __bool__(self) -> NoReturn:
         raise TypeError(f"a recorded number has no truth value: {CHOOSE}")
+
+    def __pos__(self) -> Self:
+        return self
+
+    def __pow__(self, power: object) -> NoReturn:
+        # Python's own power of a float is a library's, in its last bit not always the product.
+        raise TypeError("a law cannot use powers: write x * x, sqrt(x), or exp(p * log(x))")
+
+    def __float__(self) -> NoReturn:
+        raise TypeError(f"a {type(self).__name__} {INSTEAD}")
+
+    __int__ = __index__ = __round__ = __trunc__ = __floor__ = __ceil__ = __float__
+
+    def __mod__(self, other: object) -> NoReturn:
+        raise TypeError("a law cannot use remainders: % and // are discontinuous, and its numbers have no such operation")
+
+    __rmod__ = __floordiv__ = __rfloordiv__ = __divmod__ = __rdivmod__ = __mod__
+
+    # What numpy.sin(x) and the like call on an object that is no array.
+    sin = cos = tan = exp = log = sqrt = fabs = tanh = arcsin = arccos = arctan = sinh = cosh = __float__
 
 
 Operand: TypeAlias = RecordedNumber | float

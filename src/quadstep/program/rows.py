@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import NamedTuple, cast
+from operator import add, mul, sub, truediv
+from typing import Any, NamedTuple, cast
 
 from quadstep.numbers.functions import sqrt
 from quadstep.numbers.kinds import Number
 from quadstep.numbers.vectors import Matrix, Vector
-from quadstep.program.assignments import LoopRecord
+from quadstep.program.assignments import Record
 from quadstep.program.recorded import RecordedNumber
 
 FEWEST_ROWS = 5
@@ -41,7 +42,7 @@ class LoopBody(NamedTuple):
     added: tuple[tuple[int, ...], ...] = ()
 
 
-class RowRecord(LoopRecord):
+class RowRecord(Record):
     """A record with loops over rows."""
 
     def __init__(self, inline: bool = False, precise: bool = True) -> None:
@@ -82,6 +83,26 @@ class RowRecord(LoopRecord):
         ]
 
 
+def by_row(plain: Callable[..., Vector], operation: Callable[[Number, Number], Number]) -> tuple[Any, Any]:
+    """An operator of a long vector, with the vector at the left and at the right; `plain` where the other is a short one, of
+    which Python asks the long one first also where that stands at the right.
+    """
+
+    def at_left(one: RowVector, other: Vector | Number) -> Vector:
+        if isinstance(other, RowVector):
+            return RowVector(one.record, one.count, lambda row: operation(one.entry(row), other.entry(row)))
+        if isinstance(other, Vector):
+            return plain(one, other)
+        return RowVector(one.record, one.count, lambda row: operation(one.entry(row), other))
+
+    def at_right(one: RowVector, other: Vector | Number) -> Vector:
+        if isinstance(other, Vector):
+            return NotImplemented
+        return RowVector(one.record, one.count, lambda row: operation(other, one.entry(row)))
+
+    return at_left, at_right
+
+
 class RowVector(Vector):
     """A long vector. entry(row) gives the number in the row of this name."""
 
@@ -105,35 +126,10 @@ class RowVector(Vector):
     def __getitem__(self, index: int) -> Number:
         return self.entry(str(range(self.count)[index]))
 
-    def _with(self, other: object, operation: Callable[[Number, Number], Number]) -> RowVector:
-        if isinstance(other, RowVector):
-            return RowVector(self.record, self.count, lambda row: operation(self.entry(row), other.entry(row)))
-        return RowVector(self.record, self.count, lambda row: operation(self.entry(row), cast(Number, other)))
-
-    def _alone(self, other: object) -> bool:
-        """Whether a vector is a plain one; Python asks this class first also where such a one stands at the left."""
-        return isinstance(other, Vector) and not isinstance(other, RowVector)
-
-    def __add__(self, other: Vector | Number) -> Vector:
-        return super().__add__(other) if self._alone(other) else self._with(other, lambda a, b: a + b)
-
-    def __radd__(self, other: Number) -> Vector:
-        return NotImplemented if self._alone(other) else self._with(other, lambda a, b: b + a)
-
-    def __sub__(self, other: Vector | Number) -> Vector:
-        return super().__sub__(other) if self._alone(other) else self._with(other, lambda a, b: a - b)
-
-    def __rsub__(self, other: Number) -> Vector:
-        return NotImplemented if self._alone(other) else self._with(other, lambda a, b: b - a)
-
-    def __mul__(self, other: Vector | Number) -> Vector:
-        return super().__mul__(other) if self._alone(other) else self._with(other, lambda a, b: a * b)
-
-    def __rmul__(self, other: Number) -> Vector:
-        return NotImplemented if self._alone(other) else self._with(other, lambda a, b: b * a)
-
-    def __truediv__(self, other: Number) -> Vector:
-        return self._with(other, lambda a, b: a / b)
+    __add__, __radd__ = by_row(Vector.__add__, add)
+    __sub__, __rsub__ = by_row(Vector.__sub__, sub)
+    __mul__, __rmul__ = by_row(Vector.__mul__, mul)
+    __truediv__, _ = by_row(Vector.__truediv__, truediv)
 
     def __neg__(self) -> Vector:
         return RowVector(self.record, self.count, lambda row: -self.entry(row))
