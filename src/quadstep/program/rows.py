@@ -88,17 +88,17 @@ def by_row(plain: Callable[..., Vector], operation: Callable[[Number, Number], N
     which Python asks the long one first also where that stands at the right.
     """
 
-    def at_left(one: RowVector, other: Vector | Number) -> Vector:
+    def at_left(one: RowVector, other: object) -> Vector:
         if isinstance(other, RowVector):
             return RowVector(one.record, one.count, lambda row: operation(one.entry(row), other.entry(row)))
         if isinstance(other, Vector):
             return plain(one, other)
-        return RowVector(one.record, one.count, lambda row: operation(one.entry(row), other))
+        return RowVector(one.record, one.count, lambda row: operation(one.entry(row), cast(Number, other)))
 
-    def at_right(one: RowVector, other: Vector | Number) -> Vector:
+    def at_right(one: RowVector, other: object) -> Vector:
         if isinstance(other, Vector):
             return NotImplemented
-        return RowVector(one.record, one.count, lambda row: operation(other, one.entry(row)))
+        return RowVector(one.record, one.count, lambda row: operation(cast(Number, other), one.entry(row)))
 
     return at_left, at_right
 
