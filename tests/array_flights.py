@@ -6,7 +6,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.engines.eager import pick, stack
+from quadstep.engines.eager import stack
 from quadstep.interfaces.closed_loop import Clock, ClosedLoop, Ticks
 from quadstep.interfaces.log import FlightLog, finished
 from quadstep.numbers import flatten, rebuild, where
@@ -36,8 +36,9 @@ def fly_arrays(
             if tick < ticks.last:
                 after = loop.advance(cycle, stacked, Clock(t, now, ticks.step))  # type: ignore[arg-type]
                 cycle = keep(code == 0.0, after, cycle)
+    last = [np.broadcast_to(leaf, count).astype(float).tolist() for leaf in flatten(cycle)]
     return [
-        finished(loop.columns, log[:, :, i], code[i], int(ended[i]), ticks, rebuild(cycle, iter(pick(cycle, i, count))))
+        finished(loop.columns, log[:, :, i], code[i], int(ended[i]), ticks, rebuild(cycle, iter([leaf[i] for leaf in last])))
         for i in range(count)
     ]
 
