@@ -77,7 +77,7 @@ class Fresh:
         self.next, self.past, self.second = first, past, second
 
 
-class Enclosure(Arithmetic):
+class Enclosure(Arithmetic["Operand"]):
     """centre, rest, reach: of one shape S; parts: (directions, *S), or None for a ball.
 
     reach: how far a value may be from the centre, at most. floor: what it is never below, known beside the form: zero of a sum

@@ -62,7 +62,7 @@ class Seeds:
         return [cast(Number, Dual(value, row, self)) for value, row in zip(values, rows, strict=True)]
 
 
-class Dual(Arithmetic):
+class Dual(Arithmetic["Dual | float"]):
     """value, slopes of shape (directions,), and where the slopes were lost, if they were."""
 
     __slots__ = ("lost", "seeds", "slopes", "value")

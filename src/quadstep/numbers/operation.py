@@ -14,7 +14,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Self, TypeAlias, TypeVar
 
 HERE = str(Path(__file__).parent)
 
@@ -64,8 +64,11 @@ OPERATIONS: dict[str, Operation] = {}
 """By name."""
 
 
-class Arithmetic:
-    """Mixin for kinds of number: what follows from their sums and their negation."""
+N = TypeVar("N")
+
+
+class Arithmetic(Generic[N]):
+    """Mixin for kinds of number: what follows from their sums with N and their negation."""
 
     __slots__ = ()
 
@@ -73,15 +76,15 @@ class Arithmetic:
 
         def __neg__(self) -> Self: ...
 
-        def __add__(self, other: Any) -> Self: ...
+        def __add__(self, other: N) -> Self: ...
 
     def __pos__(self) -> Self:
         return self
 
-    def __sub__(self, other: Any) -> Self:
-        return self + (-other)
+    def __sub__(self, other: N) -> Self:
+        return self + (-other)  # type: ignore[operator]
 
-    def __rsub__(self, other: Any) -> Self:
+    def __rsub__(self, other: N) -> Self:
         return (-self) + other
 
 
@@ -96,6 +99,17 @@ class Kind:
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any: ...
+    else:
+
+        def word(self, _):
+            """See `quadstep.numbers.functions`."""
+            raise self.refusal(f"the law manipulates the bits of a number ({place()})")
+
+        number = word
+
+        def opaque(self, *_):
+            """See `quadstep.numbers.scan`."""
+            raise self.refusal(f"it calls an opaque function, which has no equations ({place()})")
 
     def __init_subclass__(cls) -> None:
         KINDS.append(cls)
@@ -112,16 +126,6 @@ class Kind:
     def rule(operation: Operation) -> Rule:
         """The method of this kind for an operation, from the rules of that."""
         raise NotImplementedError
-
-    def word(self, _: Any) -> Any:
-        """See `quadstep.numbers.functions`."""
-        raise self.refusal(f"the law manipulates the bits of a number ({place()})")
-
-    number = word
-
-    def opaque(self, *_: Any) -> Any:
-        """See `quadstep.numbers.scan`."""
-        raise self.refusal(f"it calls an opaque function, which has no equations ({place()})")
 
 
 KINDS: list[type[Kind]] = []

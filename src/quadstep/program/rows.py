@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from operator import add, mul, sub, truediv
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, TypeAlias, cast
 
 from quadstep.numbers.functions import sqrt
 from quadstep.numbers.kinds import Number
@@ -83,7 +83,10 @@ class RowRecord(Record):
         ]
 
 
-def by_row(plain: Callable[..., Vector], operation: Callable[[Number, Number], Number]) -> tuple[Any, Any]:
+Operator: TypeAlias = "Callable[[RowVector, object], Vector]"
+
+
+def by_row(plain: Callable[..., Vector], operation: Callable[[Number, Number], Number]) -> tuple[Operator, Operator]:
     """An operator of a long vector, with the vector at the left and at the right; `plain` where the other is a short one, of
     which Python asks the long one first also where that stands at the right.
     """

@@ -37,7 +37,7 @@ def compared(relation: Callable[[Fraction, float | Fraction], bool]) -> Callable
     return between
 
 
-class ExactNumber(Arithmetic):
+class ExactNumber(Arithmetic["Operand"]):
     """value: exact, or None."""
 
     __slots__ = ("value",)

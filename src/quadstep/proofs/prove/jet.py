@@ -28,7 +28,7 @@ def compared(relation: Callable[[Enclosure, Enclosure | Plain], Truth]) -> Calla
     return lambda one, other: decided(relation(one.value, plain(other)), one - other)
 
 
-class Jet(Arithmetic):
+class Jet(Arithmetic["Operand"]):
     """value: a ball of shape (1,). slopes: of shape (directions, 1). kinked: a norm or a bend, Lipschitz, but its slopes are
     unknown. flat: zero, and of second order nearby.
     """
