@@ -132,21 +132,6 @@ def test_gamma_tails_are_the_incomplete_gamma_functions(double):
     np.testing.assert_allclose(floats, wanted, rtol=1e-11)
 
 
-@pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
-def test_a_step_in_lanes_is_that_of_floats(double):
-    rng = np.random.default_rng(9)
-    columns = np.array([[1.0, *rng.normal(size=5), 15.0, 20.0, 10.0, *rng.normal(size=5)] for _ in range(9)]).T
-    columns[0, 4:] = 0.0  # not begun
-    shape = (BEGUN, FIELD, Vector([0.0] * DRAWS))
-
-    def law(*leaves):
-        memory, dryden, draws = rebuild(shape, iter(leaves))
-        return flatten(turbulence_step(memory, dryden, draws, 0.002))
-
-    wanted = np.array([law(*row) for row in columns.T.tolist()]).T
-    np.testing.assert_allclose(through_lanes(law, *columns, double=double), wanted, rtol=1e-9 if double else 2e-3, atol=1e-6)
-
-
 PERIOD, FLIGHTS, SAMPLES = 0.05, 64, 4096
 
 

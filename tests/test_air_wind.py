@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from quadstep.numbers import flatten, rebuild, vector
+from quadstep.numbers import vector
 from quadstep.world.air import DRAWS, Dryden, Turbulence, Wind, start_turbulence, steady, untroubled, wind_at
-from tests.flights import array, column, through_lanes
+from tests.flights import array, column
 
 NONE = vector(0.0, 0.0, 0.0)
 CALM = Wind(NONE, NONE, 0.0, NONE, gust_start=0.0, gust_length=1.0, turbulence=Dryden(0.0, 6.0, 1.0))
@@ -58,20 +58,6 @@ def test_turbulence_without_a_level_wind_is_along_x(mean):
     wind = CALM._replace(mean=column(mean))
     for memory, direction in [(ALONG, [1, 0, 0]), (ACROSS, [0, 1, 0]), (VERTICAL, [0, 0, 1])]:
         np.testing.assert_allclose(blowing(wind, 0.0, memory) - mean, direction, atol=1e-15)
-
-
-@pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
-def test_wind_in_lanes_is_that_of_floats(double):
-    rng = np.random.default_rng(4)
-    shape = (CALM, start_turbulence(), 0.0)
-    columns = rng.uniform(0.1, 3.0, (len(flatten(shape)), 9))
-    columns[:3, 5:] = 0.0  # without a mean wind
-
-    def law(*leaves):
-        return list(wind_at(*rebuild(shape, iter(leaves))))
-
-    wanted = np.array([law(*row) for row in columns.T.tolist()]).T
-    np.testing.assert_allclose(through_lanes(law, *columns, double=double), wanted, atol=1e-12 if double else 1e-5)
 
 
 def test_without_swing_and_gust_the_mean_is_all_there_is_to_the_bit():

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from quadstep.numbers import Vector, flatten, rebuild, vector
+from quadstep.numbers import Vector, flatten, vector
 from quadstep.vehicle.airframe_plant import Events, Payload, RotorFault, specific_force, voltage
 from quadstep.vehicle.rigid_body import Effects, Geometry, Mount
 from quadstep.vehicle.rotor import Battery, Drag
 from tests.airframes import ALL, NONE, PLUS, UP, airframe, at, attitude_matrix, hover_speed, random_attitude, rate_of, rotor
-from tests.flights import array, column, through_lanes
+from tests.flights import array
 
 TILTED = Geometry(
     tuple(
@@ -188,30 +188,3 @@ def test_voltage_for_the_log_is_that_of_the_battery_under_load():
     assert volts + 0.03 * power / volts == pytest.approx(11.3, rel=1e-12)
     rate = rate_of(state, 0.0, vehicle, effects=ALL)
     assert rate.charge == pytest.approx(power / volts, rel=1e-12)
-
-
-def structure(seed):
-    """Everything a derivative takes, at random."""
-    state, wanted = next(cases(PLUS, seed=seed))
-    rng = np.random.default_rng(seed)
-    payload = Payload(0.5, 2.0, rng.uniform(0.0, 0.3), column(0.2 * rng.normal(size=3)))
-    return state, column(wanted), airframe(), Events((payload,), (RotorFault(0.3, 2.0, 0.7),)), column(rng.normal(size=3)), 1.0
-
-
-def law(*leaves, effects=ALL):
-    state, wanted, vehicle, events, wind, t = rebuild(structure(0), iter(leaves))
-    from quadstep.vehicle.airframe_plant import derivative, efficiencies, mass_properties
-
-    properties, share = mass_properties(vehicle, events, t), efficiencies(events, 4, t)
-    return flatten(derivative(PLUS, vehicle, properties, share, state, wanted, wind, effects))
-
-
-@pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
-def test_floats_lanes_and_arrays_agree(double):
-    columns = np.array([flatten(structure(seed)) for seed in range(13)]).T
-    wanted = np.array([law(*row) for row in columns.T.tolist()]).T
-    scale = np.abs(wanted).max(axis=1, keepdims=True)
-    lanes = through_lanes(law, *columns, double=double)
-    assert np.abs((lanes - wanted) / scale).max() < (1e-13 if double else 3e-5)
-    arrays = np.array([np.broadcast_to(row, 13) for row in law(*columns)])
-    assert np.abs((arrays - wanted) / scale).max() < 1e-13

@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 
 import numpy as np
 import pyarrow as pa
@@ -72,13 +71,6 @@ def test_flights_are_the_same_whatever_was_flown_before(one):
     flyer = Flyer(made)
     for first, past in ((90, 100), (0, 16), (40, 41)):
         assert flyer.fly(first, past).to_pylist() == whole.slice(first, past - first).to_pylist()
-
-
-@pytest.mark.parametrize("threads", [1, 3, 8])
-def test_flights_are_the_same_on_any_number_of_threads(one, threads, monkeypatch):
-    made, whole = one
-    monkeypatch.setattr(os, "cpu_count", lambda: threads)
-    assert Flyer(made).fly(0, 100).to_pylist() == whole.to_pylist()
 
 
 @pytest.fixture(scope="module")

@@ -27,7 +27,6 @@ MODEL = load_preset("research-2.6kg").model()
 HEDGED, GAINS = HedgedBackstepping(), HedgedBackstepping.gains(MODEL, QUICK)
 MASS, INERTIA, G, LAG = MODEL.mass, array(MODEL.inertia), 9.81, 0.04
 SLOPE, GAIN, FREQUENCY = 3.6, 12.0, np.array([20.0, 20.0, 10.0])
-STILL = Reference(same(0.0), same(0.0), same(0.0), 0.0, 0.0)
 
 
 def memory(rng, measured, flying):

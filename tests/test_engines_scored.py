@@ -1,8 +1,5 @@
 """Metrics summed while flying, and very many flights at once: the same as from logs, on every engine, in every batch."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +21,7 @@ from quadstep.vehicle.lagrange import Lagrange, Limits
 from quadstep.world.pieces import Piecewise
 from tests.array_flights import fly_arrays
 from tests.flights import CASE_1, METRICS, NESTED, nested_gains, parameters, state
-from tests.sweeps import CLOCK, LOOP, NUMBERS, PLACES, SWEEP_TICKS, TILTED, VARYING, WAYPOINTS, digest, sweep, table, values
+from tests.sweeps import CLOCK, LOOP, NUMBERS, PLACES, SWEEP_TICKS, TILTED, VARYING, WAYPOINTS, sweep, table, values
 
 KINDS = pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
 
@@ -170,22 +167,6 @@ def test_a_flight_is_the_same_to_the_bit_whichever_other_numbers_vary(double):
     start, numbers = with_values(rows[5])
     alone = Sweep(LOOP, CLOCK, start, numbers, PLACES[1:2], double).fly(rows[5:6, 1:2])
     np.testing.assert_array_equal(table(alone), together[5:6])
-
-
-IN_ANOTHER_PROCESS = """
-from tests.sweeps import digest, sweep, table, values
-rows = values(203)[::-1]
-for double in (True, False):
-    print(digest(table(sweep(double).fly(rows, threads=3))[::-1]))
-"""
-
-
-def test_a_flight_is_the_same_to_the_bit_in_another_process(tmp_path):
-    environment = {**os.environ, "QUADSTEP_CACHE": str(tmp_path)}  # compiled there anew
-    command, home = [sys.executable, "-c", IN_ANOTHER_PROCESS], Path(__file__).parents[1]
-    answer = subprocess.run(command, cwd=home, env=environment, check=True, capture_output=True, text=True)
-    wanted = [digest(table(sweep(double).fly(values(203), threads=1))) for double in (True, False)]
-    assert answer.stdout.split() == wanted
 
 
 @KINDS

@@ -28,7 +28,6 @@ from tests.flights import array, column, through_lanes
 
 RNG = np.random.default_rng(11)
 X, Y, Z = vector(1.0, 0.0, 0.0), vector(0.0, 1.0, 0.0), vector(0.0, 0.0, 1.0)
-QUARTER = math.sqrt(0.5)
 
 
 def on_floats(law, *columns):

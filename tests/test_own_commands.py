@@ -171,10 +171,6 @@ def mission(tmp_path, monkeypatch):
     return made
 
 
-def errors(flight):
-    return np.hypot.reduce([flight.column(f"e_{axis}") for axis in "xyz"])
-
-
 @pytest.mark.parametrize("text", [RATES, THRUSTS, SPEEDS], ids=["body rates", "thrusts", "speeds"])
 def test_every_form_of_command_flies_alike_on_floats_and_lanes(mission, text):
     one = mission(text)

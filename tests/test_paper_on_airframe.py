@@ -36,7 +36,7 @@ from quadstep.numbers.rotations import (
 from quadstep.vehicle.lagrange import Lagrange, Limits, Parameters
 from quadstep.vehicle.paper import Disturbance, Rotors, State, Vehicle, derivative, euler_rate_matrix, thrust_direction
 from quadstep.vehicle.rigid_body import MassProperties, Motion, motion_rate
-from tests.flights import array, column, same, through_lanes
+from tests.flights import array, column, same
 
 RNG = np.random.default_rng(331)
 ANGLES = [column((RNG.uniform(-3, 3), RNG.uniform(-1.5, 1.5), RNG.uniform(-3, 3))) for _ in range(20)]
@@ -116,16 +116,6 @@ def test_a_measurement_becomes_the_papers_state():
     np.testing.assert_allclose(array(body_to_world(state.attitude)), array(rotation_matrix(attitude)), atol=1e-15)
     back = euler_rate_matrix(state.attitude, Kinematics.RIGID) @ state.rates
     np.testing.assert_allclose(array(back), [7, 8, 9], atol=1e-13)
-
-
-def test_lanes_translate_as_floats_do():
-    def law(psi, theta, phi, x, y, z):
-        angles, about = vector(psi, theta, phi), vector(x, y, z)
-        return [*euler_angles(body_to_world(angles)), *euler_rates(angles, about), *body_torque(angles, about)]
-
-    columns = np.array([[*angles, *about] for angles, about in zip(ANGLES, BODY, strict=True)]).T
-    floats = np.array([law(*values) for values in columns.T.tolist()]).T
-    np.testing.assert_array_equal(through_lanes(law, *columns), floats)
 
 
 # The law

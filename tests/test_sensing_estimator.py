@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.numbers import Vector, flatten, matrix, rebuild
+from quadstep.numbers import Vector, flatten, matrix
 from quadstep.numbers.rotations import from_rotation_vector, multiply
 from quadstep.sensing import estimator
 from quadstep.sensing.estimator import ErrorState, Instant, Transition, carried, diagonal, propagated, transition
@@ -196,20 +196,3 @@ def test_lanes_give_what_arrays_give_and_in_f32_the_covariance_stays_positive(do
         np.testing.assert_allclose(size, wanted, rtol=1e-4)
         error = np.abs(stack(narrow.estimate.now.state.position) - stack(wide.estimate.now.state.position))
         assert error.max() < 0.01 * wanted[:, :3].min()
-
-
-def test_floats_give_what_arrays_give():
-    suite, width, one = Suite(noisy=True, estimator=ErrorState(), delay=2, lag=3), 8, 3
-    sense, fix = laws(suite)
-    key, (motion, force) = keys(1, width), Swinging(width).at(0.2)
-    *_, memory = flight(suite, width, np.float64, sense, fix, 0.2)
-
-    def pick(structure):
-        leaves = flatten(structure)
-        return rebuild(structure, iter([float(np.broadcast_to(leaf, width)[one]) for leaf in leaves]))
-
-    alone, many = (
-        fix(sense(had, moving, felt, words, 40.0), moving, words, 40.0)
-        for had, moving, felt, words in ((pick(memory), pick(motion), pick(force), pick(key)), (memory, motion, force, key))
-    )
-    np.testing.assert_allclose(flatten(alone), flatten(pick(many)), rtol=1e-11, atol=1e-14)
