@@ -130,13 +130,6 @@ def test_only_a_controller_with_nets_writes_weights(plain, tmp_path, kind, learn
     assert (tmp_path / "out" / "weights.json").exists() == learns
 
 
-def test_the_python_engine_flies_the_same_flight(flown, plain, tmp_path):
-    assert quadstep("fly", write(tmp_path, NETS), "--out", tmp_path / "out", "--engine", "python").code == 0
-    python = columns(tmp_path / "out")
-    for name, values in columns(flown[1]).items():
-        assert (values == python[name]).all(), name
-
-
 def test_a_crash_ends_with_code_3_and_says_so(plain, tmp_path):
     heavy = '[[events]]\ntype = "payload"\ntime = 0.1\nmass = 30.0\n'
     mission = write(tmp_path, FLIGHT.replace("0.6", "2.0") + 'type = "geometric"\nk_x = 24.0\nk_i = 20.0\n' + heavy)

@@ -58,12 +58,6 @@ def test_the_ranks_about_a_quantile_are_those_of_the_binomial_distribution(count
     assert ranks_about(count, q, 0.025) == (below, above + 1)
 
 
-def test_the_same_values_give_the_same_interval():
-    values = np.random.default_rng(4).normal(size=30)
-    assert mean(values) == mean(values)
-    assert mean(values).low < values.mean() < mean(values).high
-
-
 def test_the_interval_of_a_mean_holds_it_where_a_few_values_lie_far_off_on_both_sides():
     """As changes of flights do by a gain that hardly acts: the studentised bootstrap alone holds 88 % of these."""
     random, held = np.random.default_rng(5), 0
