@@ -20,23 +20,21 @@ if TYPE_CHECKING:
 
 def campaign(
     file: Annotated[Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file.")],
-    flights: Annotated[int | None, typer.Option(help="Number of flights, instead of the file's.")] = None,
+    flights: Annotated[int | None, typer.Option(help="Number of flights; overrides the file's.")] = None,
     engine: Annotated[Engine, engine_option(CAMPAIGNS)] = Engine.LANES,
     resume: Annotated[bool, typer.Option("--resume", help="Resume the campaign in the folder.")] = False,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<campaign's name>.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the campaign in the folder.")] = False,
     rare: Annotated[
-        bool, typer.Option("--rare", help="Estimate a small probability of failure instead of flying flights one by one.")
+        bool, typer.Option("--rare", help="Estimate a small failure probability by steering flights towards failure.")
     ] = False,
     until: Annotated[
         str | None,
-        typer.Option(
-            metavar="P", help="Fly until the failure rate is shown to be below P, or above it; --flights: at most this many."
-        ),
+        typer.Option(metavar="P", help="Fly until the failure rate is shown to be below P, or above it; at most --flights."),
     ] = None,
     require: Annotated[
         str | None,
-        typer.Option(metavar="SHARE", help="Success rate that the lower end of its exact 95 % interval must reach."),
+        typer.Option(metavar="SHARE", help="Least success rate; the lower end of its exact 95 % interval must reach it."),
     ] = None,
     *,
     delivery: Delivery,
@@ -121,7 +119,7 @@ def tune(
     mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="Mission file with a table [tune].")],
     budget: Annotated[int, typer.Option(help="Maximum number of flights in total.")],
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-tuned.")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the search and of the differences between flights.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of the search and of all that differs between flights.")] = 1,
     overwrite: OverwriteOption = False,
     *,
     delivery: Delivery,

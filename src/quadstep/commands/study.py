@@ -47,9 +47,7 @@ RetuneOption = Annotated[bool, typer.Option("--retune", help="Also tune controll
 
 def compare(
     files: Annotated[list[Path], typer.Argument(metavar="STUDY.toml", help="A study; or two or more missions.")],
-    seeds: Annotated[
-        int | None, typer.Option(help="Flights per cell, instead of the study's (or, with missions, of 100).")
-    ] = None,
+    seeds: Annotated[int | None, typer.Option(help="Flights per cell; overrides the study's (with missions: 100).")] = None,
     engine: JobEngineOption = Engine.LANES,
     retune: RetuneOption = False,
     keep_going: KeepGoingOption = False,
@@ -177,7 +175,7 @@ def region(
 
 def controllers(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/controllers"),
-    seeds: Annotated[int | None, typer.Option(help="Flights per cell, instead of the study's.")] = None,
+    seeds: Annotated[int | None, typer.Option(help="Flights per cell; overrides the study's.")] = None,
     engine: JobEngineOption = Engine.LANES,
     retune: RetuneOption = False,
     keep_going: KeepGoingOption = False,

@@ -205,7 +205,7 @@ def why_no_notch(flight: Excited, peak: Peak, now: MeasuredLoop, advice: Advice 
     if (share := loud(flight)) <= NOISY:
         return f"it costs phase, and noise makes {100.0 * share:.2g} % of the whole command, less than {100.0 * NOISY:g} %"
     if advice is None:
-        return "with none are all three axes known to be sound and the command quieter by a tenth"
+        return "none is known to leave all three axes sound and the command a tenth quieter"
     named = free_notch(flight.loop, flight.parameters) if flight.loop else None
     return "" if any(one.startswith(f"{named}") for one in advice.others) else "a lower cut-off makes the command quieter"
 

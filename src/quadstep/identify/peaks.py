@@ -113,7 +113,7 @@ def strange(flight: Excited, loop: RateLoop, peak: Peak) -> str:
     made = power_from_gyro(flight, loop, peak)
     if made < EXPLAINED:
         share = f"{100.0 * max(made, 0.0):.0f} %, less than {100.0 * EXPLAINED:g} %,"
-        return f"{share} of the command there are what the gains make of it"
+        return f"the gains explain {share} of the command there"
     return ""
 
 

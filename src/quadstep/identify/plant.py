@@ -67,13 +67,13 @@ class IdentifiedPlant(NamedTuple):
         effect, lag, delay, _ = self.values
         if not self.explains:
             return (
-                "A rigid body with a lag and a delay does not explain what was measured (what it leaves is "
-                f"{math.sqrt(self.misfit):.2g} times the noise), so that how far the gains could rise is not told."
+                "A rigid body with a lag and a delay does not explain what was measured (the remainder is "
+                f"{math.sqrt(self.misfit):.2g} times the noise), so it is not known how far the gains could rise."
             )
         return (
             f"The plant that explains it: {effect:.3g} rad/s² of the whole command, with a lag of {1e3 * lag:.3g} ms and a "
-            f"delay of {1e3 * delay:.3g} ms. It tells the loop beyond what was excited, but for a resonance there, whose gain "
-            f"is at most about {self.hidden.gain:.2g} by the noise in the command, give or take 4 dB."
+            f"delay of {1e3 * delay:.3g} ms. It predicts the loop beyond what was excited, except for resonances there: by "
+            f"the noise in the command, their gain is at most about {self.hidden.gain:.2g}, give or take 4 dB."
         )
 
     def as_json(self) -> dict[str, float]:

@@ -187,7 +187,7 @@ def hidden_effects(question: Question) -> list[str]:
     if not more:
         return list(question.notes)
     changed = "changes, too, and is" if len(more) == 1 else "change, too, and are"
-    return [f"{briefly(more)} {changed} not modelled: the flights do not show what comes of it", *question.notes]
+    return [f"{briefly(more)} {changed} not modelled: the flights do not show the effect", *question.notes]
 
 
 def compared(difference: Estimate) -> str:
