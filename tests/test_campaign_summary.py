@@ -123,8 +123,9 @@ def test_all_good_and_only_one():
     assert sentences(found)[0].startswith("1 flight: 100 % succeed; ")
     late = found._replace(meaning=" (errors counted from 9.9 s on: score_from)")
     assert sentences(late)[0].startswith("1 flight: 100 % succeed (errors counted from 9.9 s on: score_from); ")
-    assert answer(late).startswith("The only flight succeeded (errors counted from 9.9 s on: score_from); ")
-    assert answer(late._replace(decision="Not met: ...")).startswith("Not met: ... The only flight succeeded ")
+    assert answer(late).startswith("The only flight succeeded; the 95 % interval ")
+    assert answer(late).endswith(" %. Errors counted from 9.9 s on: score_from.")
+    assert answer(late._replace(decision="Not met: ...")).startswith("Not met: ... The only flight succeeded; ")
 
 
 def test_quantiles_are_given_where_enough_flights_are_beyond_them():

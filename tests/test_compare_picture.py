@@ -169,6 +169,6 @@ def test_a_rank_that_chance_or_hardly_anything_gave_is_said_to_be_so(difference,
     (0.0, "no rest", ["law on crazyflie: tuned without limits on its margins: no rest."]),
 ])  # fmt: skip
 def test_gains_that_miss_a_limit_are_named(violation, unconstrained, said):
-    found = Trained({}, {}, None, 1.0, 16, 2000, 16, 3, violation=violation, unconstrained=unconstrained)
+    found = Trained({}, {}, None, 16, 2000, 16, 3, violation=violation, unconstrained=unconstrained)
     entrant = Entrant("crazyflie", "law", {}, "tuned", CascadedPid, found)
     assert missed_limits(comparison(2)._replace(entrants=(entrant,))) == said

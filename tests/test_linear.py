@@ -233,7 +233,7 @@ def test_a_loop_that_does_not_hold_its_pose_is_only_marginally_stable_and_says_w
     assert record(blind, [])["stable"] is False
     assert record(blind, [])["not_held"] == list(names)
     assert cells(blind)[:2] == ["unstable", ", ".join(["0", *(f"{name} not held" for name in names)])]
-    assert grades([("blind", blind), ("seeing", found("geometric").analysis)]) == "Of 2 loops: 1 fragile, 1 unstable."
+    assert grades([("blind", blind), ("seeing", found("geometric").analysis)]) == "1 of 2 loops is fragile, 1 unstable."
 
 
 LATE = [("pid", 5), ("lqr", 12), ("geometric", 6)]

@@ -225,7 +225,7 @@ def test_what_the_mission_s_flight_does_comes_before_a_grade_that_leaves_it_out(
     for asked in ((file, "--samples", 1), (mission, "--controllers", "lqr")):
         several = quadstep("linear", *asked, "--out", tmp_path / "several", "--overwrite")
         shown = " ".join(several.out.split())
-        assert f"{said.partition(';')[0]}. Of 1 loops at rest: 1 sound." in shown
+        assert f"{said.partition(';')[0]}. 1 of 1 loop at rest is sound." in shown
     exported = quadstep("export", mission, "--out", tmp_path / "c99")
     assert exported.code == 0
     assert "warning: " in exported.err

@@ -159,6 +159,7 @@ def test_plot_can_be_taken_along(open_page, brief_file, kind):
         assert content.startswith(b"\x89PNG")
     else:
         assert content.startswith(b"<svg") and content.count(b"<path") > 6 and b"Position" in content
+        assert re.search(rb'<tspan dy="[\d.]+" font-size="[\d.]+">d<', content) and b"x_d" not in content
 
 
 def slide(page, label, share):

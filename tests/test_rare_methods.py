@@ -223,4 +223,4 @@ def test_what_a_failure_is_judged_by_is_said():
     found = summarise(REPLICATES)
     plain, early = (sentences(found, Method.CROSS_ENTROPY, meaning)[0] for meaning in ("", " (judged by ...)"))
     assert plain.startswith("A flight fails with probability ")
-    assert early.startswith("A flight fails (judged by ...) with probability ")
+    assert early == f"{plain[:-1]} (judged by ...)."

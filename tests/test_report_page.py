@@ -184,6 +184,23 @@ def test_a_page_lists_its_sections_and_prints_on_a4(tmp_path):
     assert "<nav" not in markup.page_text("T", [markup.heading("one", "one")])
 
 
+def test_sections_for_specialists_open_at_a_click_and_stay_in_the_contents():
+    parts = [part for name in ("one", "two", "three") for part in (markup.heading(name, name), markup.paragraph(f"of {name}"))]
+    text = markup.page_text("T", parts, fold=("two",))
+    assert [anchor for anchor in ("one", "two", "three") if f'href="#{anchor}"' in text] == ["one", "two", "three"]
+    folded = ET.fromstring(text[text.index("<details") : text.index("</details>") + 10])
+    assert folded.findtext("summary/h2") == "two"
+    assert [folded.find("div").get("id"), folded.findtext("div/p")] == ["two", "of two"]  # a link to what is inside opens it
+    assert text.count("<details") == 1
+
+
+def test_an_answer_is_its_first_sentence_and_the_rest_is_text():
+    text = markup.summary("0.5 m at most. At rest it is sound: 12.7 dB.")
+    assert '<p class="answer">0.5 m at most.</p><p>At rest it is sound: 12.7 dB.</p>' in text.replace(
+        "\N{NO-BREAK SPACE}", " "
+    )
+
+
 @pytest.mark.parametrize(("height", "kind"), [(300.0, ""), (400.5, ' class="tall"')])
 def test_only_a_tall_figure_may_fill_a_page_of_paper(height, kind):
     drawn = f'<svg data-axes="[]" width="576pt" height="{height}pt" viewBox="0 0 576 {height}"></svg>'

@@ -35,7 +35,7 @@ def test_what_it_writes_and_says(tmp_path):
     grade = metrics(out)["margins_at_rest"]
     assert grade["grade"] in ("fragile", "unstable")
     rest = f"At rest the loop with the tuned gains is {grade['grade']}: "
-    assert re.search(rf"{better} The objective falls by [\d.]+\s%\. {rest}", report)
+    assert re.search(rf"{better}</p><p>The objective falls by [\d.]+\s%\. {rest}", report)
     assert rest in done.out.replace("\n", " ")
     assert "unseen flights" not in report
     assert "1/s]" in report
@@ -83,7 +83,7 @@ def test_a_gain_near_the_end_of_its_range_is_named(tmp_path, monkeypatch):
     said = "Before you fly them: at rest the loop with the tuned gains is unstable; with the present gains it is sound."
     assert done.out.replace("\n", " ").startswith(said)
     assert (tmp_path / "out" / "tuned.toml").read_text().startswith(f"# {said}\n")
-    assert f"{said} The tuned gains" in (tmp_path / "out" / "report.html").read_text()
+    assert f"{said}</p><p>The tuned gains" in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_gains_that_keep_no_constraint_are_not_praised_first(tmp_path):
@@ -92,7 +92,7 @@ def test_gains_that_keep_no_constraint_are_not_praised_first(tmp_path):
     )
     said = "Even with the best gains found, constraints are broken in tuning."
     assert done.out.startswith(said)
-    assert f'<p class="answer">{said} ' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert f'<p class="answer">{said}</p>' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("change", [("constraints = {}", "constraints = { phase_margin = 30.0 }"),

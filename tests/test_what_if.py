@@ -60,7 +60,7 @@ def test_a_lower_gain_is_less_busy_and_a_faster_loop_rises_sooner(tmp_path):
     found = answer(asked(posCtlPid__xKp=1.0, posCtlPid__yKp=1.0), tmp_path / "out")
     assert re.search(r"the loop at rest stays fragile \(phase margin below 30.0°\); better: .*; worse: ", found.answer)
     assert re.search(r"; worse: .*position RMSE [\d.]+ % more", found.answer)
-    assert re.search(r"\. Of 16 flights in wind .*; no difference is shown, ", found.answer)
+    assert re.search(r"^0 .* % of 16 flights fail .*; no difference is shown, .* Flown in wind of up to ", found.answer)
     found = found.record
     assert found["step"]["after"]["rise time [s]"] > 1.2 * found["step"]["before"]["rise time [s]"]
     assert found["metrics"]["position_rmse[m]"]["difference"]["low"] > 0.0
@@ -68,7 +68,7 @@ def test_a_lower_gain_is_less_busy_and_a_faster_loop_rises_sooner(tmp_path):
 
 def test_flights_without_wind_are_not_said_to_be_in_turbulence(tmp_path):
     found = answer(asked(4, wind=0.0, pid_rate__yaw_kp=60.0), tmp_path / "out")
-    assert "Of 4 flights in still air, 0 [" in found.answer
+    assert "Flown in still air; a flight fails " in found.answer
     assert "turbulence" not in found.html(tmp_path / "out")
 
 
@@ -230,4 +230,5 @@ def test_of_many_parameters_the_first_are_named_and_of_those_that_stay_each_is_s
     found = answer(asked(2, pid_rate__roll_kp=250.0, pid_rate__yaw_kp=60.0), tmp_path / "out")
     assert found.warnings == ["pid_rate.roll_kp is already 250"]
     assert found.record["before"] == {"pid_rate.yaw_kp": 120.0}
-    assert found.answer.startswith("With pid_rate.yaw_kp = 60 (120 before) the loop at rest ")
+    assert re.match(r"\d.* % of 2 flights fail with the change, ", found.answer)
+    assert ". With pid_rate.yaw_kp = 60 (120 before) the loop at rest " in found.answer

@@ -1,7 +1,8 @@
 // A surface on the screen.
 
 import { Watched } from "../view/events";
-import { type Box, FONT, type Lettering, type Stroke, type Surface } from "./surface";
+import type { Piece } from "../view/notation";
+import { type Box, FONT, LOW, type Lettering, type Stroke, type Surface } from "./surface";
 
 /** Whether the page's letters have come, or cannot: what is drawn before would have to be drawn again. */
 export const lettered = new Watched(false);
@@ -58,8 +59,16 @@ export class CanvasSurface implements Surface {
     pen.stroke();
   }
 
-  text(x: number, y: number, text: string, lettering: Lettering): void {
+  text(x: number, y: number, text: string | readonly Piece[], lettering: Lettering): void {
     const { pen } = this;
+    if (typeof text !== "string") {
+      const { size } = lettering;
+      for (const { text: piece, low } of text) {
+        this.text(x, low ? y + LOW.drop * size : y, piece, low ? { ...lettering, size: LOW.size * size } : lettering);
+        x += pen.measureText(piece).width;
+      }
+      return;
+    }
     pen.fillStyle = lettering.colour;
     const font = `${lettering.weight ?? 400} ${lettering.size}px ${FONT}`;
     if (font !== this.font) pen.font = this.font = font;

@@ -1,12 +1,13 @@
 // A plot as a file: SVG for papers, PNG for slides.
 
 import { join } from "../view/format";
+import { pieces } from "../view/notation";
 import { type Palette, palette } from "../view/theme";
 import { CanvasSurface } from "./canvas";
 import { drawFigure } from "./figure";
 import { strokeOf } from "./panel";
 import type { Plot } from "./plot";
-import { type Surface } from "./surface";
+import { LOW, type Surface } from "./surface";
 import { SvgSurface } from "./svg";
 
 const WIDTH = 720;
@@ -39,13 +40,14 @@ function draw(surface: Surface, plot: Plot, caption: string, colours: Palette): 
   const { panel } = plot;
   const frame = plot.frameFor(WIDTH, HEIGHT, TOP);
   const title = join(panel.title, frame.scale.unit ? `[${frame.scale.unit}]` : "");
-  surface.text(16, 18, title, { colour: colours.ink, size: 14, align: "left", weight: 600 });
+  surface.text(16, 18, pieces(title), { colour: colours.ink, size: 14, align: "left", weight: 600 });
   surface.text(WIDTH - 16, 18, shortened(caption), { colour: colours.muted, size: 11, align: "right" });
   let x = frame.box.left;
   for (const curve of panel.curves) {
     surface.polyline([x, 40, x + 22, 40], strokeOf(curve, colours));
-    surface.text(x + 28, 40, curve.name, { colour: colours.muted, size: 11, align: "left" });
-    x += 28 + 6.4 * curve.name.length + 18;
+    const name = pieces(curve.label);
+    surface.text(x + 28, 40, name, { colour: colours.muted, size: 11, align: "left" });
+    x += 28 + 6.4 * name.reduce((sum, { text, low }) => sum + (low ? LOW.size : 1) * text.length, 0) + 18;
   }
   drawFigure(surface, panel, frame, colours);
 }

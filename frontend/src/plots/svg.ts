@@ -1,6 +1,7 @@
 // A surface that becomes an SVG file.
 
-import { type Box, FONT, type Lettering, type Stroke, type Surface } from "./surface";
+import type { Piece } from "../view/notation";
+import { type Box, FONT, LOW, type Lettering, type Stroke, type Surface } from "./surface";
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -43,7 +44,7 @@ export class SvgSurface implements Surface {
     this.add("circle", { cx: short(x), cy: short(y), r: radius, fill, stroke: ring });
   }
 
-  text(x: number, y: number, text: string, lettering: Lettering): void {
+  text(x: number, y: number, text: string | readonly Piece[], lettering: Lettering): void {
     const anchor = { left: "start", center: "middle", right: "end" }[lettering.align];
     const element = this.add("text", {
       x: short(x),
@@ -54,7 +55,21 @@ export class SvgSurface implements Surface {
       "text-anchor": anchor,
       "dominant-baseline": "central",
     });
-    element.textContent = text;
+    if (typeof text === "string") element.textContent = text;
+    else this.append(element, text, lettering.size);
+  }
+
+  /** Pieces of a line, each where the one before it ends in whatever typeface the file is shown with. */
+  private append(line: Element, text: readonly Piece[], size: number): void {
+    const drop = short(LOW.drop * size);
+    let below = false;
+    for (const { text: piece, low } of text) {
+      const part = document.createElementNS(SVG, "tspan");
+      this.set(part, { ...(low === below ? {} : { dy: low ? drop : `-${drop}` }), ...(low ? { "font-size": short(LOW.size * size) } : {}) });
+      part.textContent = piece;
+      line.append(part);
+      below = low;
+    }
   }
 
   clipped(box: Box, draw: () => void): void {

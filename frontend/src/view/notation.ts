@@ -18,7 +18,7 @@ const GREEK: Readonly<Record<string, string>> = {
   Sigma: "Σ",
 };
 
-interface Piece {
+export interface Piece {
   readonly text: string;
   readonly low: boolean;
 }
@@ -31,7 +31,8 @@ const WORD = /^(\p{Ll}{2,}|a)(?![\p{L}\p{N}_])/u;
 const UNIT = /^(u?m|s|N)$/;
 const PARAMETER = /^\p{Lu}{2,}_/u; // of an autopilot: MC_ROLLRATE_P is written so
 
-function pieces(text: string): Piece[] {
+/** Text in pieces, subscripts by themselves. */
+export function pieces(text: string): Piece[] {
   const found: Piece[] = [];
   let done = 0;
   for (const match of text.matchAll(SYMBOL)) {

@@ -131,18 +131,17 @@ def evidence(flights: Sequence[FlightRecord], request: ReplayRequest, result: Re
 
 
 def answer(result: Replayed) -> str:
-    """What was asked, in a sentence: predictions, simulated flights, estimates; before them a thrust that is wrong."""
+    """What was asked, a sentence each: predictions, simulated flights, estimates; after the first, a thrust that is wrong."""
     wrong = result.thrust if is_wrong(result.thrust) else None
-    said = (
-        [f"{of_thrust(wrong).capitalize()}: predictions learn it from the log, a simulated flight does not"] if wrong else []
-    )
-    said += [predicting(result.predictions[0].compared, result.period)] if result.predictions else []
+    said = [predicting(result.predictions[0].compared, result.period)] if result.predictions else []
     if result.flown:
-        said.append(likeness(result.flown).rstrip("."))
+        said.append(likeness(result.flown))
     if result.estimates:
-        said.append(f"The Kalman filter's position is off by {quantity(filtered(result.estimates), 'm')} (RMS)")
-    first, *rest = said
-    return "; ".join([first, *(one[0].lower() + one[1:] for one in rest)]) + "."
+        said.append(f"The Kalman filter's position is off by {quantity(filtered(result.estimates), 'm')} (RMS).")
+    if wrong:
+        learnt = f"{of_thrust(wrong).capitalize()}: predictions learn it from the log, a simulated flight does not."
+        said.insert(1 if result.predictions else 0, learnt)
+    return " ".join(said)
 
 
 def no_test(names: Sequence[str], flights: int) -> list[str]:
@@ -160,11 +159,11 @@ def predicting(compared: ErrorTable, period: float) -> str:
     than = "predicts better" if high < 1.0 else "predicts worse" if low > 1.0 else "is not shown to predict better"
     worse = [group for group in GROUPS[1:] if interval_ends(compared.ratio(AHEAD, group))[1] >= 1.0]
     flights = len(compared.names)
-    who = "The" if ratio.bounded else f"In {f'these {flights} flights' if flights > 1 else 'this flight'} the"
+    where = "" if ratio.bounded else f" in {f'these {flights} flights' if flights > 1 else 'this flight'}"
     return (
-        f"{who} vehicle {than} than no model: {in_time(AHEAD, period)} ahead the predicted position is off by "
-        f"{quantity(error, 'm')} on average, {share(ratio, 'the error')} if velocity and rates stayed constant"
-        f"{f' (not so {listed(worse)})' if worse and high < 1.0 else ''}"
+        f"{in_time(AHEAD, period)} ahead the predicted position is off by {quantity(error, 'm')} on average, "
+        f"{share(ratio, 'the error')} if velocity and rates stayed constant: the vehicle {than} than no model{where}"
+        f"{f' (not so {listed(worse)})' if worse and high < 1.0 else ''}."
     )
 
 

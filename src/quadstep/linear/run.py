@@ -157,6 +157,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
         record={**about, **record(found, moves), "sentences": said},
         sections=[poles],
         more=said[1:],
+        fold=("poles", "steps") if found.stable else (),
     )
     if not found.stable:
         return done

@@ -11,6 +11,7 @@ from quadstep.linear.margins import Margins
 from quadstep.linear.tables import decibels, number
 from quadstep.metrics.registry import SOUND
 from quadstep.report.markup import Fact
+from quadstep.report.units import counted
 
 Loops = Sequence[tuple[str, Analysis | str]]
 """Loops by name; for one that cannot be linearised, the reason."""
@@ -54,8 +55,9 @@ def stable(loops: Loops) -> list[tuple[str, Analysis]]:
 def grades(loops: Loops, where: str = "") -> str:
     """How many loops have each grade, as a sentence. where: they are, after a blank, as " at rest"."""
     words = [graded(one).word if isinstance(one, Analysis) else UNKNOWN for _, one in loops]
-    counts = [f"{words.count(word)} {word}" for word in (SOUND, FRAGILE, UNSTABLE, UNKNOWN) if word in words]
-    return f"Of {len(words)} loops{where}: {', '.join(counts)}."
+    first, *others = [(words.count(word), word) for word in (SOUND, FRAGILE, UNSTABLE, UNKNOWN) if word in words]
+    counts = [f"{first[0]} of {counted(len(words), 'loop')}{where} {'are' if first[0] > 1 else 'is'} {first[1]}"]
+    return f"{', '.join(counts + [f'{count} {word}' for count, word in others])}."
 
 
 def unstable(loops: Loops) -> list[str]:

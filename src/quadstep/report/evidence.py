@@ -1,6 +1,6 @@
 """What a study has found, worded once for all readers: the terminal, report.html, metrics.json, `--json`, JUnit, LaTeX."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
@@ -65,7 +65,8 @@ class Evidence(NamedTuple):
     terminal, or `opening`, which says the grade too, above the tables. record: everything measured, as JSON can hold it.
     figures: at the top; sections: below them. paper: a table of LaTeX. cases: the points on which it is judged. more:
     paragraphs below the answer. warnings: what speaks against it. grade: "grade" and "why" of the loop at rest, if known;
-    whose: which loop that is. commands: lines for the terminal with something to copy.
+    whose: which loop that is. commands: lines for the terminal with something to copy. fold: anchors of the sections that only
+    a specialist reads.
     """
 
     name: str
@@ -84,6 +85,7 @@ class Evidence(NamedTuple):
     whose: str = WRITTEN
     commands: Sequence[str] = ()
     opening: str = ""
+    fold: Collection[str] = ("flown", "reading")
 
     @property
     def graded(self) -> list[str]:
@@ -117,7 +119,7 @@ class Evidence(NamedTuple):
         texts = [*map(markup.paragraph, self.more), *(markup.paragraph(f"Warning: {one}", escape) for one in self.warnings)]
         summary = markup.summary(" ".join([self.answer, *self.graded]), self.facts, [one.html(out) for one in self.figures])
         sections = [one if isinstance(one, str) else one.html(out) for one in self.sections]
-        return markup.page_text(self.name, [summary, *texts, *sections], self.kind)
+        return markup.page_text(self.name, [summary, *texts, *sections], self.kind, fold=self.fold)
 
     def write_report(self, out: Path) -> None:
         """Write report.html, and table.tex where there is one. Its figures are in the folder."""

@@ -171,7 +171,7 @@ DECADES = 20.0
 def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
     narrow = sheet.side_by_side(3, 2.2) < 3
     figure = new_figure(sheet, COLUMN, 2.6, 3.8 if narrow else 2.6)
-    errors, top, side = track_axes(figure, narrow)
+    top, side, errors = track_axes(figure, narrow)
     margins(figure, sheet, 0.085, 0.18, 0.985, 0.89, 0.36)
     seen = track.distance > 0.0
     unit, factor = handy("m", float(track.distance.max()))
@@ -206,13 +206,13 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
 
 
 def track_axes(figure: Figure, narrow: bool) -> tuple[Axes, Axes, Axes]:
-    """The axes of the error, the view from above and that from the side; narrow: below the error."""
+    """The axes of the view from above, that from the side, which a phone shows first, and the error; narrow: below both."""
     if not narrow:
-        errors, top, side = figure.subplots(1, 3, width_ratios=(1.5, 1.0, 1.0))
-        return errors, top, side
+        top, side, errors = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.5))
+        return top, side, errors
     above, below = figure.subfigures(2, 1, squeeze=False)[:, 0]
-    top, side = below.subplots(1, 2)
-    return above.subplots(), top, side
+    top, side = above.subplots(1, 2)
+    return top, side, below.subplots()
 
 
 def draw_path(axes: Axes, wanted: NDArray[np.float64], flown: NDArray[np.float64]) -> None:

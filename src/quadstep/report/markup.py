@@ -11,7 +11,7 @@ Headings make the contents. Numbers are written by `units.py`, names as symbols 
 import base64
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import cache
 from html import escape
 from importlib.resources import files
@@ -49,6 +49,7 @@ TALL = 325.0
 """Points of a figure's height above which it may fill a page of paper; others fill a third of one at most."""
 
 HEADINGS = re.compile(r'<h2 id="([^"]*)">(.*?)</h2>')
+SECTIONS = re.compile(r'(?=<h2 id="([^"]*)">)')
 FEWEST_HEADINGS = 3
 """For which a page has a list of contents."""
 
@@ -127,7 +128,12 @@ def verbatim(text: str, under: str = "") -> str:
     lines = text.splitlines()
     wide = ' class="wide"' if 2 * sum(len(line) > COLUMN for line in lines) > len(lines) else ""
     shown = f'<pre{wide} tabindex="0">{escape(text)}</pre>'
-    return f"<details><summary>{escape(under)}</summary>{shown}</details>" if under else shown
+    return opened_by(under, shown) if under else shown
+
+
+def opened_by(words: str, body: str) -> str:
+    """Markup that opens at a click on these words."""
+    return f"<details><summary>{escape(words)}</summary>{body}</details>"
 
 
 def links(places: Iterable[tuple[str, str]], before: str = "") -> str:
@@ -182,15 +188,17 @@ def interval_picture(span: Span) -> str:
 def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = ()) -> str:
     """What a report begins with: the answer in one sentence, the numbers that say it, and up to three figures that show it.
 
-    figures: of `figure`.
+    answer: further sentences of it are set as text. figures: of `figure`.
     """
+    first, stop, more = answer.partition(". ")
     tiles = "".join(
         f"<div><dt>{escape(one.what) if one.verbatim else rich(one.what)}</dt><dd>{rich(one.value)}"
         f"{f'<small>{rich(one.more)}</small>' if one.more else ''}</dd></div>"
         for one in facts
     )
     tiles = f'<dl class="facts">{tiles}</dl>' if tiles else ""
-    return f'<p class="answer">{rich(answer)}</p>{tiles}<div class="summary">{"".join(figures)}</div>'
+    said = f'<p class="answer">{rich(first + stop.rstrip())}</p>{paragraph(more) if more else ""}'
+    return f'{said}{tiles}<div class="summary">{"".join(figures)}</div>'
 
 
 def figure(path: Path, caption: str, coded: bool = False, set_as: Callable[[str], str] = rich) -> str:
@@ -224,18 +232,33 @@ def inline_figure(drawing: str, caption: str, coded: bool = False, set_as: Calla
     return f"{opened}{shown}<figcaption>{set_as(caption)}</figcaption></figure>"
 
 
-def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "") -> str:
-    """The page itself. kind: of report, above the title. more: markup for its head."""
+def folded(body: str, anchors: Collection[str]) -> str:
+    """A body in which the sections with these anchors open at a click, also on their link; paper shows them."""
+    first, *parts = SECTIONS.split(body)
+    for anchor, part in zip(parts[::2], parts[1::2], strict=True):
+        title, _, rest = part.partition("</h2>")
+        shown = f"<summary><h2>{title.partition('>')[2]}</h2></summary>"
+        hidden = f'<details class="part">{shown}<div id="{anchor}">{rest}</div></details>'
+        first += hidden if anchor in anchors else part
+    return first
+
+
+def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "", fold: Collection[str] = ()) -> str:
+    """The page itself. kind: of report, above the title. more: markup for its head. fold: anchors of the sections that only a
+    specialist reads, which open at a click.
+    """
     body = "\n".join(sections)
-    places = HEADINGS.findall(body)
+    places, body = HEADINGS.findall(body), folded(body, fold)
     contents = "".join(f'<a href="#{anchor}">{text}</a>' for anchor, text in places)
     contents = f'<nav class="contents" aria-label="Contents">{contents}</nav>' if len(places) >= FEWEST_HEADINGS else ""
     viewport = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    made_by = f"quadstep {__version__}"
+    on_paper = f'@page {{ font: 8pt Inter, sans-serif; color: #444; @bottom-left {{ content: "{made_by}"; }} }}'
     head = f'<meta charset="utf-8">{viewport}<title>{escape(title)}</title>{more}'
     formulas = face(FORMULAS) if "<math" in body else ""
     above = f'<div class="top">{LOGO}<span>{escape(f"quadstep · {kind}" if kind else "quadstep")}</span></div>'
     return (
-        f'<!doctype html>\n<html lang="en"><head>{head}<style>{face(TEXT)}{formulas}{style()}</style></head>\n'
+        f'<!doctype html>\n<html lang="en"><head>{head}<style>{face(TEXT)}{formulas}{style()}{on_paper}</style></head>\n'
         f"<body><header>{above}<h1>{escape(title)}</h1></header>\n{contents}<main>\n{body}\n</main>\n"
-        f'<footer class="colophon">quadstep {__version__}</footer>{script(body)}</body></html>\n'
+        f'<footer class="colophon">{made_by}</footer>{script(body)}</body></html>\n'
     )

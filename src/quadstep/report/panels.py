@@ -83,7 +83,9 @@ def of_others(panels: list[Panel], t: Numbers) -> str:
         if len(values):
             place = int(np.abs(values).argmax())
             value = float(values[place])
-            size = number(value) if panel.unit == "-" or "," in panel.unit else quantity(value, panel.unit)
+            each = panel.unit.split(", ")  # or one for all lines
+            unit = each[list(panel.lines).index(name)] if len(each) == len(panel.lines) else panel.unit
+            size = number(value) if unit == "-" or "," in unit else quantity(value, unit)
             found.append(f"{panel.label}{f', {name}' if len(panel.lines) > 1 else ''}: {size} at {at(t, place)}")
     return f"Largest values: {'; '.join(found)}." if found else listed([panel.label for panel in panels])
 

@@ -161,6 +161,7 @@ def evidence(
         figures=[Figure(f"{FIGURES}/bode", caption(now, advice), label="Open loop")],
         sections=[one for one in tables if one.rows],
         more=more,
+        fold=("filters", "symptoms"),
         warnings=[f"{damage(flight.damaged)}; what could not be read is left out"] if flight.damaged else [],
     )  # fmt: skip
 

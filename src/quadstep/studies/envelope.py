@@ -137,8 +137,9 @@ def answer(envelope: Envelope) -> str:
     if all(one.flyable == one.cells for one in envelope.panels):
         whole = f"Every one of the {envelope.panels[0].cells} {over} can be flown{asked.campaign.meaning}"
         return f"{whole}{most_of(asked)}: the limit lies outside this map or between its points.{idle(envelope)}"
-    parts = [f"{one.flyable} of {one.cells}{f' with {one.name}' if one.name else ''}" for one in envelope.panels]
-    return f"Of the {over}, {', '.join(parts)} can be flown{asked.campaign.meaning}{most_of(asked)}.{idle(envelope)}"
+    first, *others = [(f"{one.flyable} of {one.cells}", f" with {one.name}" if one.name else "") for one in envelope.panels]
+    parts = [f"{first[0]} {over} can be flown{first[1]}", *(f"{count}{where}" for count, where in others)]
+    return f"{', '.join(parts)}{asked.campaign.meaning}{most_of(asked)}.{idle(envelope)}"
 
 
 def idle(envelope: Envelope) -> str:

@@ -46,7 +46,7 @@ def write_report(
     said, kept = answer(log, metrics, why, counted + cut(mission)), log.outcome is not Outcome.COMPLETED and len(log.rows)
     found = Evidence(
         mission.name, "Flight", said, (), {}, facts(metrics, counted), drawn[:IN_SUMMARY], sections,
-        more=[of_log(log, ending)] if kept else [], warnings=warnings,
+        more=[of_log(log, ending)] if kept else [], warnings=warnings, fold=(),
     )  # fmt: skip
     path.write_text(found.html(path.parent), encoding="utf-8")
 

@@ -114,8 +114,9 @@ def evidence(
     gusts = f"{units.counted(question.flights, 'flight')} {air}"
     lost = f"{units.percent(*failed[1])} are lost or drift by more than {question.within:g} m"
     answer = (
-        f"With {changed_words(changed)} {grade_words(sides)}{better_or_worse(seen)}. Of {gusts}, {lost}, "
-        f"{units.percent(*failed[0])} before{compared(failed[2])}."
+        f"{units.percent(*failed[1])} of {units.counted(question.flights, 'flight')} fail with the change, "
+        f"{units.percent(*failed[0])} before{compared(failed[2])}. Flown {air}; a flight fails that is lost or drifts by more "
+        f"than {question.within:g} m. With {changed_words(changed)} {grade_words(sides)}{better_or_worse(seen)}."
     )
     if idle(sides):
         answer = (

@@ -32,6 +32,9 @@ class VerdictKind(IntEnum):
     DISPROVED = DIVERGED
 
 
+FROM_PATH = "from the path"
+
+
 class TubeRecord(NamedTuple):
     """A tube over time, as far as it is closed. time: (samples + 1,) [s]. error: flown less desired position, and bound:
     of every flight about the flown one, (samples + 1, axes) [m]. boxes: half widths of each state, (blocks, states), from the
@@ -57,7 +60,7 @@ class ProofVerdict(NamedTuple):
     rows: list[list[str]]
     says: list[str]
     written: Path | None = None
-    columns: tuple[str, ...] = ("axis", "verdict", "from the flight", "from the path")
+    columns: tuple[str, ...] = ("axis", "verdict", "from the flight", FROM_PATH)
     traced: TubeRecord | None = None
 
 
@@ -141,7 +144,7 @@ CLOSING = markup.note(
 
 def write_report(path: Path, verdict: ProofVerdict) -> None:
     """Write it. Raises UserError."""
-    answer, *others = verdict.says
+    others = verdict.says[1:]
     opened = [line for line in others if line.startswith("open: ")]
     drawn: list[Figure] = []
     sections: list[Section] = [TableSection("The bounds", "bounds", verdict.columns, verdict.rows)]
@@ -169,7 +172,9 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
                 sections.append(TableSection(header=("quantity", "widest box, half-width"), rows=widest(traced)))
         if verdict.kind is not VerdictKind.DISPROVED:
             sections.append(CLOSING)
-        found = Evidence(verdict.name, KIND, sentence(answer), verdict.says, {}, facts(verdict), drawn, sections)
+        found = Evidence(
+            verdict.name, KIND, answered(verdict), verdict.says, {}, facts(verdict), drawn, sections, fold=("boxes",)
+        )
         write_beside(path, found.html(out), parents=True)
 
 
@@ -182,6 +187,15 @@ def draw(path: Path, picture: Callable[[TubeRecord], Drawing], traced: TubeRecor
 def sentence(text: str) -> str:
     """`proved: every flight …` as a sentence of a report."""
     return text[0].upper() + text[1:]
+
+
+def answered(verdict: ProofVerdict) -> str:
+    """The answer, the bounds of a position first where all are proved throughout."""
+    bounds = [f"{row[-1]} along {row[0]}" for row in verdict.rows[:3]]  # of the flights that the next sentence names
+    if verdict.kind is not VerdictKind.PROVED or verdict.columns[-1] != FROM_PATH or any(UNTIL in one for one in bounds):
+        return sentence(verdict.says[0])
+    said = sentence(verdict.says[0].removeprefix("proved: "))
+    return f"Proved: from the path at most {units.listed(bounds)}. {said}"
 
 
 def facts(verdict: ProofVerdict) -> list[markup.Fact]:
@@ -205,7 +219,7 @@ def tube(traced: TubeRecord) -> Drawing:
         top, low = (np.array(canvas.thin(traced.time, error + sign * bound)) for sign in (1.0, -1.0))
         path.fill(*np.hstack([top, low[:, ::-1]]), color="#2166ac", alpha=0.3, linewidth=0.0)
         path.plot(*canvas.thin(traced.time, error), label="off the path", **canvas.LINES[0])
-        band.plot(*canvas.thin(traced.time, bound), label="at most off the flight", **canvas.LINES[2])
+        band.plot(*canvas.thin(traced.time, bound), label="at most off the flight", **canvas.LINES[0])
         path.set_ylabel(f"error in {axis} [mm]")
         band.set_ylabel("half-width [mm]")
         band.set_ylim(bottom=0.0)
@@ -226,7 +240,8 @@ def widths(traced: TubeRecord) -> Drawing:
     panel.set_yscale("log")
     panel.set_xlabel("time [s]")
     panel.set_ylabel("half-width, SI units")
-    figure.legend(loc="outside right upper")
+    for text in figure.legend(loc="outside right upper").get_texts():
+        text.set_parse_math(True)
     return figure
 
 

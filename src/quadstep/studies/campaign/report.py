@@ -1,6 +1,6 @@
 """report.html of a campaign, and its pictures."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -34,16 +34,20 @@ from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import CampaignSummary
 from quadstep.studies.campaign.varied import VariedKey, bins, varied
 
-GLANCE = {
-    "outcomes": "How the flights ended and, where some ended early, when they did.",
-    "distributions": "Above: the errors of the completed flights. Below: the share of all flights, lost ones included, with a "
-    "larger error; where the curve meets a limit (red, if there is one), that share of the flights exceeds it.",
-    "ranking": "What explains the spread: the share of the variance that each key explains on its own, with its interval.",
+GLANCE: Mapping[str, Callable[[CampaignSummary], str]] = {
+    "outcomes": text.most_often,
+    "distributions": text.medians,
+    "ranking": lambda _: (
+        "What explains the spread: the share of the variance [%] that each key explains on its own, with its interval."
+    ),
 }
-"""Figures of the summary, if they are drawn."""
+"""Figures of the summary, if they are drawn, and what to see in them."""
 
 FEWEST, FEWEST_EITHER = 40, 10
 """Fewest flights for a statement on what explains the error; fewest failures and successes, each, for one on failure."""
+
+SEEN = 2
+"""Pictures of the worst flights, and remarks on them, that are there at once."""
 
 MOST_PICTURES = 12
 """Most keys that get a figure: those that explain most."""
@@ -100,7 +104,7 @@ def evidence(of: ReportSubject) -> Evidence:
         sentences=(),
         record={},
         facts=text.facts(summary),
-        figures=[figure(one, caption) for one, caption in GLANCE.items() if (of.folder / f"{one}.svg").is_file()],
+        figures=[figure(one, caption(summary)) for one, caption in GLANCE.items() if (of.folder / f"{one}.svg").is_file()],
         sections=sections,
         paper=text.for_a_paper(summary, name),
         grade=summary.rest,
@@ -121,7 +125,8 @@ def distribution_section(of: ReportSubject, flown: pa.Table, through: NDArray[np
     """How the flights ended, and how far from the path they were."""
     times = {name: number(flown[TIME])[over_as(flown, name)] for name in of.summary.outcomes if name != OUTCOMES[0]}
     times = {name: some[np.isfinite(some)] for name, some in times.items()}
-    draw_outcomes(of.folder / "outcomes", text.ended(of.summary), times, of.sheet)
+    if len(text.ended(of.summary)) > 1:  # one bar would say what the first sentence does
+        draw_outcomes(of.folder / "outcomes", text.ended(of.summary), times, of.sheet)
     body: list[Section] = [text.outcomes(of.summary)]
     limits = limits_of(of.campaign)
     metrics = []
@@ -164,8 +169,9 @@ def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
         cut = bins(columns[key], campaign.file.vary.get(key))
         name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
-        draw_key(of.folder / name, label(campaign.mission, key), cut, by_key(cut, success, rmse), of.sheet)
-        body.append(figure(name, f"Success and error over {key}"))
+        shown, full = by_key(cut, success, rmse), label(campaign.mission, key)
+        draw_key(of.folder / name, full, cut, shown, of.sheet)
+        body.append(figure(name, text.over_key(full, shown)))
     return body
 
 
@@ -217,18 +223,20 @@ def worst_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
         for one in worst
     ]
     body += text.worst(summary, values, of.path, of.store.folder)
+    pictures: list[Section] = []
     for one in summary.worst:
         log, title = again[one.flight].log, text.of_flight(one)
         if log is not None and again[one.flight].drawable:
             name = f"flight-{one.flight}"
             path_job(log, name, title).draw(of.folder, of.sheet)
-            body.append(figure(name, title))
+            pictures.append(figure(name, title))
         else:
             why = f"cannot be replayed: {again[one.flight].reason}" if log is None else "it ended before it could be drawn"
-            body.append(TableSection(text=f"{title}; {why}."))
+            pictures.append(TableSection(text=f"{title}; {why}."))
         differs = text.differing(one, log, of.campaign) if log else ""
-        body += [TableSection(text=differs)] * bool(differs)
-    return body
+        pictures += [TableSection(text=differs)] * bool(differs)
+    rest = "".join(one if isinstance(one, str) else one.html(of.out) for one in pictures[SEEN:])
+    return [*body, *pictures[:SEEN], *([markup.opened_by("The others", rest)] if rest else [])]
 
 
 def moving(of: ReportSubject, flown: pa.Table, lost: NDArray[np.bool_], links: Mapping[int, str]) -> list[Section]:

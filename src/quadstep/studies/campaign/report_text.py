@@ -14,6 +14,7 @@ from quadstep.report.evidence import Section, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.studies.campaign.flyer import OUTCOMES
 from quadstep.studies.campaign.manifest import FLIGHTS
+from quadstep.studies.campaign.pictures import ByKey
 from quadstep.studies.campaign.planner import SINGLY
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import Interaction
@@ -30,9 +31,12 @@ SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 
 def answer(summary: CampaignSummary) -> str:
     if not summary.statistical:
-        return f"{succeeded(summary)}. {summary.why_not}"
-    first = f"{summary.decision} " if summary.decision else ""
-    return f"{first}{succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}."
+        return f"{succeeded(summary)}{summary.meaning}. {summary.why_not}"
+    if summary.decision:  # which says by what flights are judged
+        return f"{summary.decision} {succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}."
+    judged = summary.meaning[2:-1]
+    judged = f" {judged[0].upper()}{judged[1:]}." if judged else ""
+    return f"{succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}.{judged}"
 
 
 def facts(summary: CampaignSummary) -> list[markup.Fact]:
@@ -52,8 +56,8 @@ def facts(summary: CampaignSummary) -> list[markup.Fact]:
 def succeeded(summary: CampaignSummary) -> str:
     if summary.success.value == 1.0:
         who = f"All {summary.flights} flights" if summary.flights > 1 else "The only flight"
-        return f"{who} succeeded{summary.meaning}"
-    return f"{units.percent(summary.success.value)} of {units.counted(summary.flights, 'flight')} succeeded{summary.meaning}"
+        return f"{who} succeeded"
+    return f"{units.percent(summary.success.value)} of {units.counted(summary.flights, 'flight')} succeeded"
 
 
 def medians_only(summary: CampaignSummary) -> list[markup.Fact]:
@@ -104,6 +108,34 @@ def ended(summary: CampaignSummary) -> dict[str, int]:
     counts = {SUCCEEDED: good, ABOVE: completed - good}
     rest = sorted(((name, count) for name, count in summary.outcomes.items() if name != OUTCOMES[0]), key=lambda one: -one[1])
     return {name: count for name, count in (*counts.items(), *rest) if count or name == SUCCEEDED}
+
+
+def most_often(summary: CampaignSummary) -> str:
+    """What to see of how the flights ended."""
+    name, count = max(ended(summary).items(), key=lambda one: one[1])
+    early = " Right: the times [s] at which flights ended early." if len(summary.outcomes.keys() - {OUTCOMES[0]}) else ""
+    return f"Most often, in {count} of {units.counted(summary.flights, 'flight')}: {name}.{early}"
+
+
+def medians(summary: CampaignSummary) -> str:
+    """What to see of how far from the path they were."""
+    half = [
+        f"a {units.metric(one.metric)[0]} below {units.quantity(one.quantiles[QUANTILES[0]].value, 'm')}"
+        for one in summary.spreads
+    ]
+    return (
+        f"Half of the completed flights have {units.listed(half)}. Above: how many flights have which error; below: the share "
+        "of all flights, lost ones included, whose error is larger. Red: the limit, if there is one."
+    )
+
+
+def over_key(key: str, shown: ByKey) -> str:
+    """What to see of the flights over a key."""
+    shares = [one.value for one in shown.good.values()]
+    return (
+        f"Over {key}, from {units.percent(min(shares))} to {units.percent(max(shares))} of a group's flights succeed (left, "
+        "lines: 95 % intervals). Right: the position RMSE of those that complete, its median and its middle 80 %."
+    )
 
 
 def outcomes(summary: CampaignSummary) -> TableSection:

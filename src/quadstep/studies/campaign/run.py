@@ -205,11 +205,11 @@ def decision(target: float, looks: Sequence[LookResult], meaning: str) -> str:
     """Whether the target is shown, and by what. meaning: as `Campaign` has it."""
     last = looks[-1]
     if last.rate.high <= target:
-        said = f"Shown: fewer than {target:g} of the flights fail{meaning}."
+        said = f"Shown: fewer than {target:g} of the flights fail."
     else:
-        said = f"Not met: {target:g} of the flights or more fail{meaning}." if last.rate.low >= target else "Not decided."
+        said = f"Not met: {target:g} of the flights or more fail." if last.rate.low >= target else "Not decided."
     return (
-        f"{said} {last.failures} of {last.look.flights} flights failed: a probability from {last.rate.low:.3g} to "
+        f"{said} {last.failures} of {last.look.flights} flights failed{meaning}: a probability from {last.rate.low:.3g} to "
         f"{last.rate.high:.3g}, with 95 % confidence over all looks (this was number {len(looks)})."
     )
 

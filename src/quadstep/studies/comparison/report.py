@@ -89,6 +89,8 @@ def evidence(
     if len(results.ranked) == 1 and len(results.controllers) > 1:  # who is best there is the answer
         first, others = others[0].removeprefix(f"{words.MISSIONS}: "), [first, *others[1:]]
         first = f"N{first[1:]}" if first.startswith(f"no {results.kind} ") else first
+    lead, _, rest = first.partition("; ")
+    first = f"{lead}. {rest[0].upper()}{rest[1:]}" if rest else first
     metric, many = words.title(results.metrics[results.metric]), len(results.controllers) > MANY
     figures = {
         vehicle: Figure(
@@ -154,6 +156,7 @@ def evidence(
         figures=shown,
         sections=sections,
         paper=tables.latex_tables(results),
+        fold=("linear", "pairs", "gains", *(f"all-{identity(vehicle or 'missions', ())}" for vehicle in figures)),
     )
 
 

@@ -74,7 +74,6 @@ class Trained(NamedTuple):
     values: dict[str, float]
     before: dict[str, float]
     objective: float | None
-    objective_before: float | None
     lost: int
     flights: int
     seeds: int
@@ -281,12 +280,11 @@ def train(task: TuningTask, journal: JournalPlace | None = None) -> Trained:
     """Tune a controller. journal: where it notes what was flown. Raises UserError."""
     search = Training(grounds(task), task, Journal(journal))
     found = search.run()
-    best, before = found.best.judged, found.present.judged
+    best = found.best.judged
     return Trained(
         values=found.best.values,
         before=found.present.values,
         objective=finite(best.objective),
-        objective_before=finite(before.objective),
         lost=best.lost,
         flights=search.flights,
         seeds=search.each.every,

@@ -235,7 +235,8 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     value = f"{unit.factor * median.value:.3g} {unit.name}"
     if ranked.copies:
         text += (
-            f"{value}{falls_short(results, best, tied)}; its {found.seeds} flights do not differ, so nothing is statistical"
+            f"{value}{falls_short(results, best, tied)}; {'their' if len(tied) > 1 else 'its'} {found.seeds} flights do not "
+            "differ, so nothing is statistical"
         )
         return f"{text}. {lost_flights(results)}".strip()
     if math.isnan(median.low):

@@ -102,6 +102,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         more=said[1:],
         warnings=summary.warnings,
         grade=summary.rest,
+        fold=("replicates", "flown", "reading"),
     )
 
 

@@ -172,13 +172,12 @@ def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[s
     """What was found, the answer first. meaning: as `Campaign` has it."""
     value, low, high = (f"{part:.3g}" for part in summary.probability)
     count = len(summary.replicates)
-    doubt = "if no kind of failure was missed"
+    doubt = ", if no kind of failure was missed"
     if summary.warnings:
-        doubt = f"doubtful: see the {counted(len(summary.warnings), 'warning')}"
+        doubt = f", which is doubtful: see the {counted(len(summary.warnings), 'warning')}"
     lines = [
-        f"A flight fails{meaning} with probability {value} "
-        f"({doubt}); with 95 % confidence {low} to {high}, from {count} independent "
-        f"replicates by {method.words}."
+        f"A flight fails with probability {value}, with 95 % confidence {low} to {high}{doubt}. From {count} independent "
+        f"replicates by {method.words}{meaning}."
     ]
     if summary.one_by_one:
         times = summary.one_by_one / summary.flights

@@ -17,6 +17,7 @@ from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.report.units import prose
+from quadstep.studies.tuning.gains import TunedGain
 from quadstep.studies.tuning.ground import TuningRequest
 from quadstep.studies.tuning.objective import AGGREGATES, NEGLIGIBLE, UNCHANGED, Compared, Row, certain_sign
 from quadstep.studies.tuning.search import Candidate, SearchResult
@@ -50,7 +51,7 @@ def evidence(
             Figure(
                 figure,
                 f"Above: the objective of each candidate, {units.number(before)} at first, {units.number(after)} at last. "
-                "Below: the best gains so far, each from the low to the high end of its range.",
+                "Below: the best gains so far, each from the low to the high end of its range, which the legend says.",
             )
         ],
         sections=[
@@ -220,10 +221,15 @@ def draw_gains(axes: Axes, request: TuningRequest, result: SearchResult) -> None
         values = [candidate.point[place] for candidate in best]
         style = LINES[place % len(LINES)]
         flights = [*(candidate.flights for candidate in best), last]
-        axes.step(flights, [*values, values[-1]], where="post", label=one.key, **style)
+        axes.step(flights, [*values, values[-1]], where="post", label=spanned(request, one), **style)
     axes.set_ylim(-0.03, 1.03)
     axes.set_yticks([0.0, 1.0], ["low", "high"])
     axes.set_ylabel("best gain so far")
+
+
+def spanned(request: TuningRequest, one: TunedGain) -> str:
+    """A gain, its unit and its range."""
+    return f"{label(request.mission, one.key).removeprefix('controller.')}: {one.range.low:.4g} to {one.range.high:.4g}"
 
 
 def leaders(result: SearchResult) -> list[Candidate]:
