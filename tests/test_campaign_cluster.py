@@ -28,10 +28,10 @@ from quadstep.studies.campaign.cluster import (
     span_size,
     spans,
 )
-from quadstep.studies.campaign.flyer import Flyer
+from quadstep.studies.campaign.flyer import Chunk, Flyer
 from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 from quadstep.studies.campaign.schema import read_campaign
-from quadstep.studies.campaign.store import Chunk, parquet
+from quadstep.studies.campaign.store import parquet
 from quadstep.studies.comparison import jobs
 from tests.campaigns import (
     NOISY,

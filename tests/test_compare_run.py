@@ -250,7 +250,7 @@ def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
     assert not (tmp_path / "out" / "metrics.json").exists()
     left[0] = 30
     with monkeypatch.context() as patch:
-        patch.setattr("quadstep.studies.comparison.run.linearised", interrupted)
+        patch.setattr("quadstep.studies.comparison.run.write_results", interrupted)
         assert quadstep("compare", file, "--out", tmp_path / "out").code == 130
     assert quadstep("compare", file, "--out", tmp_path / "out").code == 0
     assert 20 - left[0] < 2 + 8 + 3 + 2 * 3
@@ -266,7 +266,7 @@ def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
 def test_an_interrupted_study_that_other_code_continues_says_so_in_one_line(tmp_path, monkeypatch, caplog):
     file, out = written(tmp_path, SMALLEST), tmp_path / "out"
     with monkeypatch.context() as patch:
-        patch.setattr("quadstep.studies.comparison.run.linearised", interrupted)
+        patch.setattr("quadstep.studies.comparison.run.write_results", interrupted)
         assert quadstep("compare", file, "--out", out).code == 130
     left = len(files(out))
     shutil.copytree(out, tmp_path / "same")
@@ -295,7 +295,7 @@ def test_a_law_of_the_users_that_changed_between_two_runs_is_said_to_be_flown_ag
     own.write_text(own.read_text(encoding="utf-8").replace("26.0", "25.9"), encoding="utf-8")
     line = f"{out}: law.py has changed since these results; what depends on it is computed again"
     with monkeypatch.context() as patch:
-        patch.setattr("quadstep.studies.comparison.run.linearised", interrupted)
+        patch.setattr("quadstep.studies.comparison.run.write_results", interrupted)
         assert said() == (130, [f"quadstep: note: {line}"])
     assert said() == (0, [])
     assert said() == (0, [])

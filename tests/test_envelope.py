@@ -16,11 +16,11 @@ from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
 from quadstep.studies import study as study_module
-from quadstep.studies.campaign.flyer import Flyer, on_lanes
+from quadstep.studies.campaign.flyer import Chunk, Flyer, on_lanes
 from quadstep.studies.envelope import Envelope, Map, MapPanel, answer, most_of
 from quadstep.studies.envelope_map import CAUSES, Cells, cells_of, draw_panel, legend, length, middle, scale
 from quadstep.studies.envelope_request import NOISY_FLIGHTS, request
-from quadstep.studies.study import StudySpan, run
+from quadstep.studies.study import run
 from tests.campaigns import MASS, NOISY, SHORT, written
 from tests.commands import LINE, quadstep, write
 
@@ -213,7 +213,7 @@ def test_a_campaign_keeps_what_varies_and_what_fails(tmp_path):
     assert len(set(flown["vehicle.mass"].to_pylist())) == 120
     for cell in range(6):  # the file's own grid goes through its values within each cell
         assert flown["disturbance.force.0"].to_pylist()[cell::6] == [0.0, 9.0] * 10
-    cells = cells_of(asked, on_lanes(asked.campaign)([StudySpan(0, 120)], lambda _: None))
+    cells = cells_of(asked, on_lanes(asked.campaign)([Chunk("", 0, 120)], lambda _: None))
     good = np.array(flown["success"].to_pylist()).reshape(20, 1, 2, 3).sum(axis=0)
     assert (cells.successes == good).all()
     assert 0 < good.sum() < 120

@@ -10,7 +10,7 @@ import pytest
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
-from quadstep.metrics.reductions import LateGrowth
+from quadstep.metrics.reductions import late_growth
 from quadstep.metrics.registry import flight_metrics
 from quadstep.metrics.verdict import RULES, FlightGrade, graded
 from quadstep.mission.read import read_mission
@@ -83,7 +83,7 @@ def test_a_vehicle_that_stays_where_it_started_has_a_relative_error_of_one():
 ])  # fmt: skip
 def test_growth_is_faster_than_in_proportion_to_time(error, grows):
     t = np.linspace(0.0, 1.0, 2000)
-    (growth,) = LateGrowth.of(np.column_stack([np.abs(error(t)), np.ones(len(t))]), t)
+    (growth,) = late_growth(np.column_stack([np.abs(error(t)), np.ones(len(t))]), t)
     assert (growth > 2.0) == grows
 
 

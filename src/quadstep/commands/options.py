@@ -17,7 +17,7 @@ from typer.models import ArgumentInfo
 
 from quadstep.engines.engine import FLIGHTS, FLOWN_BY, WORDS, Engine
 from quadstep.io.errors import UserError, signals_ignored
-from quadstep.io.files import PAGE, check_place, read_bytes
+from quadstep.io.files import PAGE, check_place, read_bytes, write_beside
 from quadstep.report.screen import complain, say, say_whole, show_table
 from quadstep.report.sheet import FORMATS, ON_SCREEN, SCREEN, USUAL, Sheet, sheet
 
@@ -205,9 +205,9 @@ class Delivery(Options):
         With `as_json` unmet requirements are printed on standard error. Raises UserError where the file cannot be written.
         """
         if self.junit:
-            from quadstep.metrics.verdict import write_junit
+            from quadstep.metrics.verdict import junit_xml
 
-            write_junit(self.junit, verdict, time.perf_counter() - self.started)
+            write_beside(self.junit, junit_xml(verdict, time.perf_counter() - self.started), parents=True)
         if self.as_json:
             print_json(verdict.as_json())
             for case in verdict.cases:

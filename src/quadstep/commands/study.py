@@ -9,9 +9,9 @@ from quadstep.commands.options import EngineOption, FigureOptions, OverwriteOpti
 from quadstep.engines.engine import JOBS, Engine
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import BAD_INPUT, FAILED
-from quadstep.report.bars import Bar, bar
+from quadstep.report.bars import bar
 from quadstep.report.screen import complain, say, say_whole, show_table, typeset
-from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
+from quadstep.report.sheet import SCREEN, USUAL, sheet
 
 if TYPE_CHECKING:
     from quadstep.studies.comparison.cells import ComparisonStudy
@@ -69,35 +69,26 @@ def compare(
     with needed_by("`quadstep compare`"):
         from quadstep.studies.comparison.cells import read_study
         from quadstep.studies.comparison.missions import compare_missions
+        from quadstep.studies.comparison.run import How
 
+        how = How(engine, overwrite, keep_going, retune, sheet=drawn_on)
         if len(files) == 1:
-            run_study(read_study(files[0]), folder, seeds, engine, retune, keep_going, overwrite, drawn_on)
+            run_study(read_study(files[0]), folder, seeds, how)
             return
         with bar("flying", "flights") as shown:
-            how = how_of(shown, engine, overwrite, keep_going, retune, drawn_on)
-            done = compare_missions(files, folder, seeds or USUAL_SEEDS, how)
+            done = compare_missions(files, folder, seeds or USUAL_SEEDS, how._replace(progress=shown))
     print_outcome(done)
 
 
-def run_study(
-    study: "ComparisonStudy", folder: Path, seeds: int | None, engine: Engine, retune: bool, keep_going: bool, overwrite: bool,
-    drawn_on: Sheet,
-) -> None:  # fmt: skip
+def run_study(study: "ComparisonStudy", folder: Path, seeds: int | None, how: "How") -> None:
     """Work a study out, and say what was found."""
     from quadstep.studies.comparison.run import compare_study
 
     if seeds is not None:
         study = study._replace(file=study.file.model_copy(update={"seeds": seeds}))
     with bar("tuning", "flights") as shown:
-        done = compare_study(study, folder, how_of(shown, engine, overwrite, keep_going, retune, drawn_on))
+        done = compare_study(study, folder, how._replace(progress=shown))
     print_outcome(done)
-
-
-def how_of(shown: Bar, engine: Engine, overwrite: bool, keep_going: bool, retune: bool, drawn_on: Sheet) -> "How":
-    """How it is worked out. shown: the progress bar."""
-    from quadstep.studies.comparison.run import How
-
-    return How(engine, overwrite, keep_going, retune, shown, drawn_on)
 
 
 def print_outcome(done: "FinishedComparison") -> None:
@@ -189,8 +180,10 @@ def controllers(
     check_range("--seeds", seeds, 2, MOST_SEEDS)
     with needed_by("`quadstep study controllers`"):
         from quadstep.studies.comparison.cells import shipped_study
+        from quadstep.studies.comparison.run import How
 
-        run_study(shipped_study(), out, seeds, engine, retune, keep_going, overwrite, sheet(USUAL, None, SCREEN))
+        how = How(engine, overwrite, keep_going, retune, sheet=sheet(USUAL, None, SCREEN))
+        run_study(shipped_study(), out, seeds, how)
 
 
 studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None)

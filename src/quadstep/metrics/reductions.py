@@ -1,13 +1,13 @@
 """How a quantity over a flight becomes numbers: of a log at once, and of a flight sample by sample, next to each other.
 
 What can be summed is a NamedTuple of its sums so far: `start` makes the first of them, `add` the next, `values` the numbers.
-All others have `of` alone, which takes a log.
+Its `of`, like the functions of all that cannot, takes a log.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import NamedTuple, Protocol, Self
+from typing import NamedTuple, Protocol, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,8 @@ SETTLING_BAND = 0.005
 """Half-width of the band that an angle must stay in to count as settled [rad]."""
 
 
-class Reduction(Protocol):
-    """rows: of shape (samples, entries), at times t [s]. One number an entry, or one of all of them."""
-
-    @staticmethod
-    def of(rows: Numbers, t: Numbers) -> Sequence[float | None]: ...
+Reduction: TypeAlias = Callable[[Numbers, Numbers], Sequence[float | None]]
+"""Of rows of shape (samples, entries), at times t [s]. One number an entry, or one of all of them."""
 
 
 class Sums(Protocol):
@@ -149,45 +146,31 @@ class Largest(NamedTuple):
         return [np.asarray(entry) for entry in self.so_far]
 
 
-class Final:
+def final(rows: Numbers, _t: Numbers) -> list[float]:
     """The last magnitude of each entry."""
-
-    @staticmethod
-    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
-        return [float(np.abs(entry)) for entry in rows[-1]]
+    return [float(np.abs(entry)) for entry in rows[-1]]
 
 
-class Mean:
-    @staticmethod
-    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
-        return [float(entry.mean()) for entry in rows.T]
+def mean(rows: Numbers, _t: Numbers) -> list[float]:
+    return [float(entry.mean()) for entry in rows.T]
 
 
-class LengthOfMean:
-    @staticmethod
-    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
-        return [float(np.linalg.norm(rows.mean(axis=0)))]
+def length_of_mean(rows: Numbers, _t: Numbers) -> list[float]:
+    return [float(np.linalg.norm(rows.mean(axis=0)))]
 
 
-class Least:
-    @staticmethod
-    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
-        return [float(rows.min())]
+def least(rows: Numbers, _t: Numbers) -> list[float]:
+    return [float(rows.min())]
 
 
-class Greatest:
-    @staticmethod
-    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
-        return [float(rows.max())]
+def greatest(rows: Numbers, _t: Numbers) -> list[float]:
+    return [float(rows.max())]
 
 
-class RmsShare:
+def rms_share(rows: Numbers, _t: Numbers) -> list[float | None]:
     """Root mean square of the first entry as a share of that of the second; None where that is zero."""
-
-    @staticmethod
-    def of(rows: Numbers, t: Numbers) -> list[float | None]:  # noqa: ARG004
-        whole = rmse(rows[:, 1])
-        return [rmse(rows[:, 0]) / whole if whole > 0.0 else None]
+    whole = rmse(rows[:, 1])
+    return [rmse(rows[:, 0]) / whole if whole > 0.0 else None]
 
 
 GROWTH_PARTS, GROWTH_FLOOR = 8, 1e-4
@@ -197,7 +180,7 @@ END_PARTS, END_FLOOR = 64, 5e-4
 """The last of so many equal parts is the end; what was before counts as at least this share of its scale."""
 
 
-class LateGrowth:
+def late_growth(rows: Numbers, _t: Numbers) -> list[float]:
     """How many times the first entry grows towards the end of the flight, steadily or at once, whichever is more.
 
     Steadily: the cube of the least ratio of root mean squares in successive eighths of the last four; 0 where the last is
@@ -205,44 +188,32 @@ class LateGrowth:
     quadratic. At once: the largest value of the last 64th divided by the largest of the first seven eighths, or by
     `END_FLOOR` of the second entry if that is more; 0 where the last eighth has a larger one earlier, as after a late step.
     """
-
-    @staticmethod
-    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
-        count = len(rows)
-        if count < GROWTH_PARTS:
-            return [0.0]
-        edges = [count * part // GROWTH_PARTS for part in range(GROWTH_PARTS // 2, GROWTH_PARTS + 1)]
-        parts = [rmse(rows[a:b, 0]) for a, b in pairwise(edges)]
-        ratio = min(later / earlier if earlier > 0.0 else 1.0 for earlier, later in pairwise(parts))
-        steady = ratio * ratio * ratio if parts[-1] > GROWTH_FLOOR * rows[0, 1] else 0.0
-        cuts = [edges[-2], count - max(1, count // END_PARTS)]
-        before, late, end = (float(part.max(initial=0.0)) for part in np.split(rows[:, 0], cuts))
-        return [max(steady, end / (max(before, END_FLOOR * rows[0, 1]) or math.inf) if end > late else 0.0)]
+    count = len(rows)
+    if count < GROWTH_PARTS:
+        return [0.0]
+    edges = [count * part // GROWTH_PARTS for part in range(GROWTH_PARTS // 2, GROWTH_PARTS + 1)]
+    parts = [rmse(rows[a:b, 0]) for a, b in pairwise(edges)]
+    ratio = min(later / earlier if earlier > 0.0 else 1.0 for earlier, later in pairwise(parts))
+    steady = ratio * ratio * ratio if parts[-1] > GROWTH_FLOOR * rows[0, 1] else 0.0
+    cuts = [edges[-2], count - max(1, count // END_PARTS)]
+    before, late, end = (float(part.max(initial=0.0)) for part in np.split(rows[:, 0], cuts))
+    return [max(steady, end / (max(before, END_FLOOR * rows[0, 1]) or math.inf) if end > late else 0.0)]
 
 
-class Overturned:
+def overturned(rows: Numbers, _t: Numbers) -> list[float]:
     """The largest of the values after the first that is at most a right angle; of all, where none is."""
-
-    @staticmethod
-    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
-        upright = np.flatnonzero(rows[:, 0] <= 0.5 * math.pi)
-        return [float(rows[upright[0] if len(upright) else 0 :, 0].max())]
+    upright = np.flatnonzero(rows[:, 0] <= 0.5 * math.pi)
+    return [float(rows[upright[0] if len(upright) else 0 :, 0].max())]
 
 
-class Activity:
+def activity(rows: Numbers, t: Numbers) -> list[float]:
     """Sum of |changes| of all entries a second."""
-
-    @staticmethod
-    def of(rows: Numbers, t: Numbers) -> list[float]:
-        return [float(np.abs(np.diff(rows, axis=0)).sum() / (t[-1] - t[0]))]
+    return [float(np.abs(np.diff(rows, axis=0)).sum() / (t[-1] - t[0]))]
 
 
-class Settling:
+def settling(rows: Numbers, t: Numbers) -> list[float | None]:
     """When each entry is within `SETTLING_BAND` for good [s], None if it is outside at the end."""
-
-    @staticmethod
-    def of(rows: Numbers, t: Numbers) -> list[float | None]:
-        return [settling_time(t, entry) for entry in rows.T]
+    return [settling_time(t, entry) for entry in rows.T]
 
 
 def settling_time(t: Numbers, values: Numbers) -> float | None:

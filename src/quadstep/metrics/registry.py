@@ -13,23 +13,23 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.metrics import quantities
 from quadstep.metrics.quantities import LoggedFlight, Quantity
 from quadstep.metrics.reductions import (
-    Activity,
-    Final,
-    Greatest,
     Largest,
     LargestLength,
-    LateGrowth,
-    Least,
-    LengthOfMean,
-    Mean,
-    Overturned,
     Reduction,
     Rms,
     RmsLength,
-    RmsShare,
-    Settling,
     Sums,
     Variation,
+    activity,
+    final,
+    greatest,
+    late_growth,
+    least,
+    length_of_mean,
+    mean,
+    overturned,
+    rms_share,
+    settling,
 )  # fmt: skip
 
 LEAST_GAIN, LEAST_PHASE, DELAYS = 6.0, math.radians(30.0), 2.0
@@ -96,7 +96,7 @@ class LogMetric(NamedTuple):
     name: str
     meaning: str
     quantity: Quantity
-    reduction: type[Reduction]
+    reduction: Reduction
     of: tuple[str, ...] = ALL
     unit: str | None = None
 
@@ -129,44 +129,44 @@ DISTANCE = "root mean square of the distance from the path"
 FARTHEST = "largest distance from the path"
 
 REPORTED = (
-    LogMetric("position.{}.rmse", "root mean square error along an axis", quantities.position_error, Rms),
-    LogMetric("position.{}.largest", "largest error along an axis", quantities.position_error, Largest),
-    LogMetric("position.{}.final", "error along an axis at the end", quantities.position_error, Final),
-    LogMetric(RMSE, DISTANCE, quantities.position_error, RmsLength),
-    LogMetric(LARGEST, FARTHEST, quantities.position_error, LargestLength, (REAL, OTHER)),
+    LogMetric("position.{}.rmse", "root mean square error along an axis", quantities.position_error, Rms.of),
+    LogMetric("position.{}.largest", "largest error along an axis", quantities.position_error, Largest.of),
+    LogMetric("position.{}.final", "error along an axis at the end", quantities.position_error, final),
+    LogMetric(RMSE, DISTANCE, quantities.position_error, RmsLength.of),
+    LogMetric(LARGEST, FARTHEST, quantities.position_error, LargestLength.of, (REAL, OTHER)),
     LogMetric("relative_error", "position RMSE divided by that of a vehicle that stays at its start, or at the path's, or "
            "by 30 m; for a point, RMSE of the second half divided by ten of the vehicle's "
-           "arms", quantities.error_against_path, RmsShare),
+           "arms", quantities.error_against_path, rms_share),
     LogMetric("heading_error", "root mean square of the angle between yaw and the commanded "
-                               "heading", quantities.heading_error, RmsLength),
+                               "heading", quantities.heading_error, RmsLength.of),
     LogMetric("error_growth", "factor by which the error grows at least over the last half, from the least ratio of "
-           "successive eighths, or at the end, from the largest of the first seven", quantities.error_over_time, LateGrowth),
-    LogMetric("rate_growth", "the same for the angular rates", quantities.rates_over_time, LateGrowth),
+           "successive eighths, or at the end, from the largest of the first seven", quantities.error_over_time, late_growth),
+    LogMetric("rate_growth", "the same for the angular rates", quantities.rates_over_time, late_growth),
     LogMetric("measured_rmse", "distance between the measured position and the true "
-                               "one", quantities.measuring_error, RmsLength),
-    LogMetric("attitude.{}.rmse", "root mean square error of an angle", quantities.attitude_error, Rms),
-    LogMetric("attitude.{}.largest", "largest error of an angle", quantities.attitude_error, Largest),
-    LogMetric("attitude.{}.final", "error of an angle at the end", quantities.attitude_error, Final),
+                               "one", quantities.measuring_error, RmsLength.of),
+    LogMetric("attitude.{}.rmse", "root mean square error of an angle", quantities.attitude_error, Rms.of),
+    LogMetric("attitude.{}.largest", "largest error of an angle", quantities.attitude_error, Largest.of),
+    LogMetric("attitude.{}.final", "error of an angle at the end", quantities.attitude_error, final),
     LogMetric("attitude.{}.error_settling", "when the error of an angle becomes and stays small", quantities.attitude_error,
-           Settling, unit="s"),
+           settling, unit="s"),
     LogMetric("attitude.{}.angle_settling", "when an angle last comes close to its final "
                                             "command", quantities.attitude_from_last,
-           Settling, unit="s"),
-    LogMetric("largest_tilt", "largest angle between thrust and vertical", quantities.tilt, Largest),
+           settling, unit="s"),
+    LogMetric("largest_tilt", "largest angle between thrust and vertical", quantities.tilt, Largest.of),
     LogMetric("overturned", "largest tilt after the vehicle was first within 90 degrees of "
-                            "upright", quantities.tilt, Overturned),
-    LogMetric("{}.largest", "largest magnitude of an input", quantities.inputs, Largest),
-    LogMetric("{}.total_variation", "sum of |changes| of an input from row to row", quantities.inputs, Variation),
-    LogMetric("rotors.least", "smallest thrust of any rotor", quantities.rotors, Least),
-    LogMetric("rotors.largest", "largest thrust of any rotor", quantities.rotors, Greatest),
+                            "upright", quantities.tilt, overturned),
+    LogMetric("{}.largest", "largest magnitude of an input", quantities.inputs, Largest.of),
+    LogMetric("{}.total_variation", "sum of |changes| of an input from row to row", quantities.inputs, Variation.of),
+    LogMetric("rotors.least", "smallest thrust of any rotor", quantities.rotors, least),
+    LogMetric("rotors.largest", "largest thrust of any rotor", quantities.rotors, greatest),
     LogMetric("rotors.activity", "sum of |changes| of all rotor thrusts per "
-                                 "second", quantities.rotors, Activity, (REAL, OTHER),
+                                 "second", quantities.rotors, activity, (REAL, OTHER),
            "N/s"),
-    LogMetric("mean_thrust", "mean of the sum of the rotors' thrusts", quantities.total_thrust, Mean, (REAL, OTHER)),
+    LogMetric("mean_thrust", "mean of the sum of the rotors' thrusts", quantities.total_thrust, mean, (REAL, OTHER)),
     LogMetric("saturated_share", "share of the rows at which the rotor limits reduced the command",
-           quantities.saturation, Mean),
-    LogMetric("wind.mean", "length of the mean wind", quantities.wind, LengthOfMean),
-    LogMetric("largest_weight_norm.{}", "largest norm of a net's weights", quantities.weight_norms, Largest),
+           quantities.saturation, mean),
+    LogMetric("wind.mean", "length of the mean wind", quantities.wind, length_of_mean),
+    LogMetric("largest_weight_norm.{}", "largest norm of a net's weights", quantities.weight_norms, Largest.of),
 )  # fmt: skip
 """In the order of `metrics.json`. A flight has those whose quantity its log has."""
 
@@ -215,7 +215,7 @@ def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str
     for metric in REPORTED:
         found = metric.quantity(seen) if kind in metric.of else None
         if found is not None:
-            for name, value in zip(metric.full_names(found.entries), metric.reduction.of(found.values, found.t), strict=True):
+            for name, value in zip(metric.full_names(found.entries), metric.reduction(found.values, found.t), strict=True):
                 place(result, name, value)
     return result
 

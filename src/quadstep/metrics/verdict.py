@@ -10,11 +10,9 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from enum import StrEnum
-from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.io import __version__
-from quadstep.io.files import write_beside
 
 
 class Case(NamedTuple):
@@ -190,8 +188,3 @@ def by_name(value: object) -> object:
 
 def clean(text: str) -> str:
     return NO_XML.sub("\ufffd", text)
-
-
-def write_junit(path: Path, verdict: Verdict, seconds: float) -> None:
-    """Write beside, then rename. Raises UserError."""
-    write_beside(path, junit_xml(verdict, seconds), parents=True)

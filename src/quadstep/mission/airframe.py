@@ -19,7 +19,7 @@ from quadstep.mission.airframe_tables import (
     ResidualSection,
     RotorSection,
 )
-from quadstep.mission.fields import Finite, Positive, PositiveTriple, Quantity, Section, as_tuple
+from quadstep.mission.fields import Finite, Positive, PositiveTriple, Quantity, Section, as_tuple, check_rigid
 from quadstep.mission.presets import completed
 from quadstep.numbers import Number, cos, maximum, sin, total
 from quadstep.vehicle.airframe_plant import NO_DRAG, Airframe, hover_drag
@@ -126,7 +126,7 @@ class AirframeSection(Section):
         return completed(table, folder) if isinstance(table, dict) else table
 
     def model_post_init(self, context: object) -> None:
-        self._check_inertia()
+        check_rigid(self.inertia)
         self._check_places()
         self._check_authority()
         if self.effects.battery and self.battery is None:
@@ -135,15 +135,6 @@ class AirframeSection(Section):
             raise ValueError("effects.ground = true needs the height `ground` of the ground")
         if self.legs is not None and self.ground is None:
             raise ValueError("legs need the height `ground` of the ground on which they stand")
-
-    def _check_inertia(self) -> None:
-        for value in self.inertia:
-            others = total(self.inertia) - value
-            if value > others * (1.0 + 1e-12):
-                raise ValueError(
-                    f"inertia breaks the triangle inequality: {value:g} is more than the sum of the other two, {others:g}; "
-                    "no rigid body has it"
-                )
 
     def _check_places(self) -> None:
         if self.rotors and (self.layout or self.arm):

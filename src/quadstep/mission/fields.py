@@ -4,7 +4,7 @@ units.
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Annotated, TypeVar, cast
@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
 from quadstep.io.errors import UserError
-from quadstep.numbers import Vector
+from quadstep.numbers import Vector, total
 from quadstep.report.units import prose
 
 Numbers = TypeVar("Numbers")
@@ -148,6 +148,17 @@ Coefficient = Annotated[float, Field(ge=0.0, le=MOST, allow_inf_nan=False), at_l
 Share = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
 PositiveTriple = Annotated[Triple, AfterValidator(positive)]
 NonNegativeTriple = Annotated[Triple, AfterValidator(non_negative)]
+
+
+def check_rigid(inertia: Sequence[float]) -> None:
+    """Refuses a diagonal that no rigid body has. Raises ValueError."""
+    for value in inertia:
+        others = total(inertia) - value
+        if value > others * (1.0 + 1e-12):
+            raise ValueError(
+                f"inertia breaks the triangle inequality: {value:g} is more than the sum of the other two, {others:g}; "
+                "no rigid body has it"
+            )
 
 
 @dataclass(frozen=True)

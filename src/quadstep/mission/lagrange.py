@@ -26,13 +26,14 @@ from quadstep.mission.fields import (
     Section,
     Triple,
     as_tuple,
+    check_rigid,
 )
 from quadstep.mission.own_controller import any_controller
 from quadstep.mission.own_thing import OwnMetrics, OwnSection, own_or
 from quadstep.mission.paths import AnyPath, BuiltPath, path_warnings
 from quadstep.mission.schema import Built, MarginsSection, Mission
 from quadstep.mission.tune import TuneSection
-from quadstep.numbers import Vector, total
+from quadstep.numbers import Vector
 from quadstep.vehicle.lagrange import Lagrange, Limits, Parameters
 from quadstep.vehicle.paper import DeclaredDisturbance, Disturbance, Rotors, State, Vehicle
 
@@ -65,13 +66,7 @@ class VehicleSection(Section):
     rotors: RotorsSection = RotorsSection()
 
     def model_post_init(self, context: object) -> None:
-        for axis in range(3):
-            others = total(self.inertia) - self.inertia[axis]
-            if self.inertia[axis] > others * (1.0 + 1e-12):
-                raise ValueError(
-                    f"inertia breaks the triangle inequality: {self.inertia[axis]:g} is more than the sum of the other two, "
-                    f"{others:g}; no rigid body has it"
-                )
+        check_rigid(self.inertia)
 
     def warnings(self) -> list[str]:
         """Limits with which no controller could hover."""

@@ -34,7 +34,7 @@ from quadstep.page.controls import (
     slider,
     wind_controls,
 )
-from quadstep.page.laws import NEURONS, Laws, widened
+from quadstep.page.laws import NEURONS, ROOM_FOR_GHOSTS, Laws, widened
 from quadstep.page.model import Component, ConditionData, Control, ControllerData, identity
 from quadstep.program.assignments import CONSTANT, INPUT, Record
 from quadstep.vehicle.paper import State
@@ -192,7 +192,7 @@ def controllers(
     own = controller(mission.controller, mission, plan, folder, laws)
     result = [renamed(own, called) if called else own]
     for name, section in rivals.items() if rivals else (("", ghost) for ghost in ghosts(mission.controller)):
-        if laws.room_for_ghosts or rivals:
+        if laws.size < ROOM_FOR_GHOSTS or rivals:
             with contextlib.suppress(UserError):  # no room for it
                 rival = controller(section, mission, plan, folder, laws)
                 result.append(renamed(rival, name) if name else rival)

@@ -221,11 +221,6 @@ class Laws:
     def size(self) -> int:
         return sum(len(law.text) for law in self.laws.values())
 
-    @property
-    def room_for_ghosts(self) -> bool:
-        """Whether there is room for controllers beside the missions' own."""
-        return self.size < ROOM_FOR_GHOSTS
-
     def add(self, plan: FlightPlan) -> PageNumbers:
         """The plan's numbers, its loop compiled if that is new. Raises UserError for a loop that the page cannot hold."""
         named = list(zip(leaf_names(plan.parameters), flatten(plan.parameters), strict=True))

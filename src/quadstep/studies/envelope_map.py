@@ -84,7 +84,7 @@ def cells_of(request: Request, flown: Flown) -> Cells:
     outcomes = np.zeros((cells, len(OUTCOMES)), dtype=np.int64)
     rmse = np.full((request.flights, cells), np.nan)
     largest = np.full(cells, np.nan)
-    for (first, past), flights in flown:
+    for (_, first, past), flights in flown:
         turn, cell = np.divmod(np.arange(first, past), cells)
         outcome = flights[OUTCOME].combine_chunks().indices.to_numpy().astype(np.int64)
         failed = ~flights[SUCCESS].to_numpy()

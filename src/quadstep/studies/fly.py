@@ -110,8 +110,20 @@ def fly_mission(
         section.watch(lambda stage: progress(stage, 0, 1), pilot.first_wait)
         if pilot.pilot:
             section.lead(plan, mission.modelled.model(), pilot.where, pilot.say)
-    summary = fly_planned(mission, plan, beside, folder, engine, overwrite, progress, required, sheet, grading)
-    if found is not None and not pilot.pilot and not plan.loop.controller.why_lost(plan.parameters.gains):
+    required = with_full_names(required, metric_names(mission, plan)) if required else []
+    if sheet and sheet.signals:
+        sheet.check_signals(labels_of(mission.figures(log_before_flight(plan, 1.0))))  # before it is flown
+    with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
+        log = fly_logged(plan, engine, progress)
+        why = "" if log.outcome is Outcome.COMPLETED else reason(plan, log)
+        ending = ending_state(plan, log)
+        metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, ending, progress, sheet, why, grading)
+    diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
+    judged = [judge(one, scalars(metrics), diverged) for one in required]
+    summary = summarise(mission.name, log, metrics, warnings, judged, why, errors_since(mission) + cut(mission), ending)
+    if lost := plan.loop.controller.why_lost(plan.parameters.gains):
+        return summary._replace(ending=f"{lost}. The log up to that point is kept.")
+    if found is not None and not pilot.pilot:
         return summary._replace(ending=f"{summary.ending} {UNKNOWN_PATH}")
     return summary
 
@@ -141,28 +153,6 @@ def under(piloting: Piloting, mission: Mission) -> Mission:
         raise UserError(f"--autopilot: {unknown_name('value', autopilot, AUTOPILOTS.names)}")
     section = check(piloted_section(autopilot), {"type": autopilot, "connect": connect}, "--autopilot")
     return mission.model_copy(update={"controller": section})
-
-
-def fly_planned(
-    mission: Mission, plan: FlightPlan, beside: Path, folder: Path, engine: Engine, overwrite: bool, progress: StageProgress,
-    required: Sequence[Requirement], sheet: Sheet | None, grading: Grading = ungraded,
-) -> FlightSummary:  # fmt: skip
-    """Fly a plan of a mission; as `fly_mission`. beside: where files of the mission are."""
-    required = with_full_names(required, metric_names(mission, plan)) if required else []
-    if sheet and sheet.signals:
-        sheet.check_signals(labels_of(mission.figures(log_before_flight(plan, 1.0))))  # before it is flown
-    with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
-        log = fly_logged(plan, engine, progress)
-        why = "" if log.outcome is Outcome.COMPLETED else reason(plan, log)
-        ending = ending_state(plan, log)
-        metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, ending, progress, sheet, why, grading)
-    diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
-    judged = [judge(one, scalars(metrics), diverged) for one in required]
-    summary = summarise(mission.name, log, metrics, warnings, judged, why, errors_since(mission) + cut(mission), ending)
-    lost = plan.loop.controller.why_lost(plan.parameters.gains)
-    if lost:
-        return summary._replace(ending=f"{lost}. The log up to that point is kept.")
-    return summary
 
 
 def write_results(

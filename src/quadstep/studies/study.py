@@ -19,21 +19,14 @@ from quadstep.report.evidence import Evidence
 from quadstep.report.progress import SILENT, Count, Progress
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
-from quadstep.studies.campaign.flyer import Fly
+from quadstep.studies.campaign.flyer import Chunk, Fly
 from quadstep.studies.campaign.schema import Campaign
 
 MOST_AT_ONCE = 2**18
 """Flights that are in memory together."""
 
 
-class StudySpan(NamedTuple):
-    """Flights from `first` up to `past`."""
-
-    first: int
-    past: int
-
-
-Flown: TypeAlias = Iterator[tuple[StudySpan, pa.Table]]
+Flown: TypeAlias = Iterator[tuple[Chunk, pa.Table]]
 """Flights as they are finished, in any order: a row each, with what was drawn, the outcome, and every metric."""
 
 
@@ -71,9 +64,9 @@ def run(
     """
     with publishing(folder, study.identity, overwrite, named=study.campaign.named) as out:
         count = Count(progress, study.flights)
-        fly: Fly[StudySpan] = loaded(CAMPAIGNS, engine)(study.campaign)
+        fly: Fly = loaded(CAMPAIGNS, engine)(study.campaign)
         starts = range(0, study.flights, MOST_AT_ONCE)
-        spans = [StudySpan(first, min(first + MOST_AT_ONCE, study.flights)) for first in starts]
+        spans = [Chunk("", first, min(first + MOST_AT_ONCE, study.flights)) for first in starts]
         found = study.fold(fly(spans, count.add))
         evidence = study.evidence(found, out, (sheet or Sheet()).shown())
         about = {"name": evidence.name, "version": __version__, "engine": engine.value}

@@ -13,7 +13,7 @@ from functools import partial
 from importlib.metadata import version
 from itertools import islice
 from types import ModuleType
-from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
+from typing import Any, NamedTuple, NoReturn, TypeVar
 
 import pyarrow as pa
 from numpy.typing import ArrayLike
@@ -24,8 +24,7 @@ from quadstep.io import __version__
 from quadstep.io.errors import UserError
 from quadstep.io.parts import code_digest
 from quadstep.studies.campaign.cluster_connection import connected, cores, first_line
-from quadstep.studies.campaign.flyer import FlightRange as Whole
-from quadstep.studies.campaign.flyer import Fly, Flyer, S
+from quadstep.studies.campaign.flyer import Chunk, Fly, Flyer
 from quadstep.studies.campaign.schema import Campaign
 
 T = TypeVar("T")
@@ -113,25 +112,25 @@ def refuse_others(here: str, expected: Sequence[tuple[str, str]]) -> None:
 # What the driver does
 
 
-class ChunkSpan(NamedTuple, Generic[S]):
+class ChunkSpan(NamedTuple):
     """Flights from `first` up to `past` of a chunk."""
 
-    chunk: S
+    chunk: Chunk
     first: int
     past: int
 
 
-def on_cluster(campaign: Campaign) -> Fly[Whole]:
+def on_cluster(campaign: Campaign) -> Fly:
     """What flies a campaign on the cluster. Raises UserError for one that cannot be flown."""
     Flyer(campaign).rehearse()
     return partial(flown_on_cluster, campaign)
 
 
-def flown_on_cluster(campaign: Campaign, chunks: Sequence[S], progress: Advance) -> Iterator[tuple[S, pa.Table]]:
+def flown_on_cluster(campaign: Campaign, chunks: Sequence[Chunk], progress: Advance) -> Iterator[tuple[Chunk, pa.Table]]:
     """The flights of each chunk, as they arrive. Raises UserError for a cluster that is absent or cannot fly."""
     with connected() as ray:
         size = span_size(sum(chunk.past - chunk.first for chunk in chunks), cores(ray))
-        pieces: Pieces[S] = Pieces()
+        pieces = Pieces()
         with closing(flown_spans(ray, order(campaign), spans(chunks, size))) as flown:
             for span, table in flown:
                 progress(table.num_rows)
@@ -146,7 +145,7 @@ def span_size(flights: int, cores: int) -> int:
     return min(max(even, SMALLEST_SPAN), SPAN)
 
 
-def spans(chunks: Sequence[S], size: int) -> Iterator[ChunkSpan[S]]:
+def spans(chunks: Sequence[Chunk], size: int) -> Iterator[ChunkSpan]:
     """The chunks in order, cut into spans."""
     for chunk in chunks:
         for first in range(chunk.first, chunk.past, size):
@@ -154,8 +153,8 @@ def spans(chunks: Sequence[S], size: int) -> Iterator[ChunkSpan[S]]:
 
 
 def flown_spans(
-    ray: ModuleType, order: Order, waiting: Iterator[ChunkSpan[S]]
-) -> Generator[tuple[ChunkSpan[S], pa.Table], None, None]:
+    ray: ModuleType, order: Order, waiting: Iterator[ChunkSpan]
+) -> Generator[tuple[ChunkSpan, pa.Table], None, None]:
     """Spans as they come back, in any order. Raises UserError."""
 
     def quadstep_span(told: tuple[tuple[tuple[str, str], ...], str, bytes], first: int, past: int) -> object:
@@ -231,13 +230,13 @@ def refuse(error: Any) -> NoReturn:
     raise cause from error
 
 
-class Pieces(Generic[S]):
+class Pieces:
     """Tables of spans, kept until their chunk is complete."""
 
     def __init__(self) -> None:
-        self.tables: dict[S, dict[int, pa.Table]] = {}
+        self.tables: dict[Chunk, dict[int, pa.Table]] = {}
 
-    def add(self, span: ChunkSpan[S], table: pa.Table) -> pa.Table | None:
+    def add(self, span: ChunkSpan, table: pa.Table) -> pa.Table | None:
         """The table of the chunk if this completes it."""
         parts = self.tables.setdefault(span.chunk, {})
         parts[span.first] = table

@@ -11,7 +11,7 @@ from functools import cache
 from importlib import import_module
 from importlib.abc import MetaPathFinder
 from types import ModuleType
-from typing import TYPE_CHECKING, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,18 +61,15 @@ def load_arrow() -> ModuleType:
     return arrow
 
 
-class FlightRange(Protocol):
-    """Flights from `first` up to `past`."""
+class Chunk(NamedTuple):
+    """Flights from `first` up to `past`. file: that keeps them, if one does."""
 
-    @property
-    def first(self) -> int: ...
-
-    @property
-    def past(self) -> int: ...
+    file: str
+    first: int
+    past: int
 
 
-S = TypeVar("S", bound=FlightRange)
-Fly: TypeAlias = Callable[[Sequence[S], Advance], Iterator[tuple[S, "pa.Table"]]]
+Fly: TypeAlias = Callable[[Sequence[Chunk], Advance], Iterator[tuple[Chunk, "pa.Table"]]]
 """Flies spans of a campaign, in any order, and yields each with its table as it finishes."""
 
 
@@ -97,7 +94,7 @@ class Flyer:
         flights = np.arange(first, past)
         return self.fly_values(flights, draw(self.campaign.file, flights), progress)
 
-    def fly_spans(self, spans: Sequence[S], progress: Advance) -> Iterator[tuple[S, "pa.Table"]]:
+    def fly_spans(self, spans: Sequence[Chunk], progress: Advance) -> Iterator[tuple[Chunk, "pa.Table"]]:
         """One after the other. Raises UserError for values that cannot be flown."""
         return ((span, self.fly(span.first, span.past, progress)) for span in spans)
 
@@ -166,7 +163,7 @@ class Flyer:
         return self.sweeps[key]
 
 
-def on_lanes(campaign: Campaign) -> Fly[FlightRange]:
+def on_lanes(campaign: Campaign) -> Fly:
     """What flies a campaign on the cores of this machine. Raises UserError for one that cannot be flown."""
     flyer = Flyer(campaign)
     flyer.rehearse()
@@ -218,7 +215,7 @@ def device_flyer(campaign: Campaign) -> Flyer:
     return flyer if only is None else DeviceFlyer(campaign, flyer.planner, only)
 
 
-def on_gpu(campaign: Campaign) -> Fly[FlightRange]:
+def on_gpu(campaign: Campaign) -> Fly:
     """What flies a campaign there. Raises UserError where there is none, and for a campaign that cannot be flown."""
     flyer = device_flyer(campaign)
     flyer.rehearse()

@@ -187,9 +187,8 @@ def explained_error(columns: Mapping[str, VariedKey], rmse: NDArray[np.float64],
     count = int(known.sum())
     if count < FEWEST:
         return RankedKeys({}, None, f"too few flights completed with an error above 0 ({count})")
-    return explained(
-        ExplainedResult(np.log10(rmse[known])), {key: one.parts.among(known) for key, one in columns.items()}, campaign
-    )
+    parts = {key: one.parts._replace(places=one.parts.places[known]) for key, one in columns.items()}
+    return explained(ExplainedResult(np.log10(rmse[known])), parts, campaign)
 
 
 def explained_failure(columns: Mapping[str, VariedKey], success: NDArray[np.bool_], campaign: Campaign) -> RankedKeys:

@@ -26,7 +26,7 @@ from quadstep.studies.campaign import MOST_FLIGHTS
 from quadstep.studies.campaign.flyer import SUCCESS, Fly
 from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.schema import Campaign, read_campaign
-from quadstep.studies.campaign.store import Chunk, Store, opened
+from quadstep.studies.campaign.store import Store, opened
 from quadstep.studies.campaign.summary import CampaignSummary, as_json, summarise
 
 
@@ -57,13 +57,13 @@ def fly_campaign(request: CampaignRequest) -> FinishedCampaign:
     campaign = read_campaign(request.path)
     count = request.flights or campaign.flights
     campaign.check_count(count)
-    fly: Fly[Chunk] = loaded(CAMPAIGNS, request.engine)(campaign)
+    fly: Fly = loaded(CAMPAIGNS, request.engine)(campaign)
     with opened(request.folder, campaign, count, request.engine, request.resume, request.overwrite) as store:
         fly_missing(store, fly, store.flights, request.progress)
         return finish(store, campaign, request)
 
 
-def fly_missing(store: Store, fly: Fly[Chunk], flights: int, progress: Progress) -> None:
+def fly_missing(store: Store, fly: Fly, flights: int, progress: Progress) -> None:
     """Fly what the store lacks of its first flights."""
     missing = [chunk for chunk in store.missing if chunk.first < flights]
     counted = Count(progress, flights, flights - sum(min(chunk.past, flights) - chunk.first for chunk in missing))
@@ -165,7 +165,7 @@ def fly_until(request: CampaignRequest, target: float) -> DecidedRun:
     campaign, most = read_campaign(request.path), request.flights
     first = next(looks(target))
     check(campaign, request.path, first, most)
-    fly: Fly[Chunk] = loaded(CAMPAIGNS, request.engine)(campaign)
+    fly: Fly = loaded(CAMPAIGNS, request.engine)(campaign)
     known = Store.manifest_in(request.folder) if request.resume else None
     begun = max(first.flights, known["flights"] if known else 0)
     campaign.check_count(begun)

@@ -44,9 +44,6 @@ class FlightParts(NamedTuple):
     size: int
     ordered: bool
 
-    def among(self, chosen: NDArray[np.bool_]) -> "FlightParts":
-        return self._replace(places=self.places[chosen])
-
     def at_most(self, count: int) -> "FlightParts":
         """Neighbours joined, where that is allowed, until no more than `count` parts are left."""
         if not self.ordered or self.size <= count:

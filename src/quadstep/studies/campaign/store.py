@@ -4,7 +4,6 @@ import contextlib
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -14,19 +13,11 @@ from quadstep.io.errors import UserError
 from quadstep.io.results_folder import Folder
 from quadstep.io.run_record import RunRecord
 from quadstep.io.run_record import opened as open_record
-from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, SUCCESS, TIME, judged, load_arrow
+from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, SUCCESS, TIME, Chunk, judged, load_arrow
 from quadstep.studies.campaign.manifest import FLIGHTS, MANIFEST, CampaignManifest, cannot_continue, machine, new_manifest
 from quadstep.studies.campaign.schema import Campaign
 
 load_arrow()  # before anything makes an array
-
-
-class Chunk(NamedTuple):
-    """A file of flights, from `first` up to `past`."""
-
-    file: str
-    first: int
-    past: int
 
 
 class Store(RunRecord):

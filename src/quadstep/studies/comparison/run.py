@@ -189,14 +189,18 @@ def concluded(
     again, asked = regraded(flights, flown, about.metric), laws(flights)
     run.work("grading", again)
     run.work("linearising and costing", asked)
+
+    def linear(content: dict[str, Any]) -> Linear:
+        return Linear(**content)
+
     grades = {(one.subject.situation, one.subject.controller): run.read(one, graded) for one in again}
     grades |= {cell: Graded(FlightGrade.LOST) for cell, one in each(flown).items() if one.middle(about.metric) is None}
     found = about._replace(
         situations=tuple(flown),
         results=tuple(result(*cell, one, about.metrics, grades.get(cell)) for cell, one in each(flown).items()),
         ranked=ranks(flown, about.metric),
-        costs=costs(run, asked),
-        linear=linearised(run, asked),
+        costs={one.controller: price for one in asked if one.kind == COSTS and (price := run.read(one, cost.from_json))},
+        linear={one.controller: loop for one in asked if one.kind == LINEAR and (loop := run.read(one, linear))},
         problems=tuple(run.problems),
         left_out=(*about.left_out, *unpaired(flights)),
     )
@@ -311,19 +315,6 @@ def laws(flights: Sequence[Job[StudyCell]]) -> list[Job[StudyCell]]:
     for job in flights:
         first.setdefault(job.controller, job.subject)
     return [made(cell) for made in (linearising, costing) for cell in first.values()]
-
-
-def costs(run: ComparisonRun, jobs: Sequence[Job[StudyCell]]) -> dict[tuple[str, str], cost.Cost]:
-    return {job.controller: one for job in jobs if job.kind == COSTS and (one := run.read(job, cost.from_json))}
-
-
-def read_linear(content: dict[str, Any]) -> Linear:
-    return Linear(**content)
-
-
-def linearised(run: ComparisonRun, jobs: Sequence[Job[StudyCell]]) -> dict[tuple[str, str], Linear]:
-    """The loop of each controller at rest, or why it has none."""
-    return {job.controller: one for job in jobs if job.kind == LINEAR and (one := run.read(job, read_linear))}
 
 
 def reported(source: str, names: Sequence[str], flown: Sequence[StudyCell]) -> dict[str, str]:

@@ -46,7 +46,7 @@ from quadstep.studies.paper.cases import (
     plan_study,
 )
 from quadstep.studies.paper.claims import Claim, ClaimVerdict, answer, check_claims
-from quadstep.studies.paper.page import write_paper_page
+from quadstep.studies.paper.page import VERDICTS, write_paper_page
 from quadstep.world.paths import MinimumJerk, MinimumJerkParameters
 
 CAPTIONS = {
@@ -248,9 +248,6 @@ def case_rows(study: PaperStudy) -> list[list[str]]:
     return rows
 
 
-VERDICT_CLASS = {ClaimVerdict.HOLDS: "holds", ClaimVerdict.FAILS: "fails", ClaimVerdict.UNDECIDED: "open"}
-
-
 def facts(study: PaperStudy, claims: list[Claim]) -> list[markup.Fact]:
     """The claims that hold, how well Case 1 follows its path, and how many stress flights complete."""
     case, nets = study.cases["case1"], [m for (_, _, on), m in study.stress.items() if on]
@@ -286,7 +283,7 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
     start_header = ["start; gains of [11]", *(claim.name for claim in compared)]
     starts = compared[0].values["by_start"]
     start_rows = [[start, *(claim.values["by_start"][start] for claim in compared)] for start in starts]
-    judged = [(c.name, c.sentence, c.measured, (c.verdict, VERDICT_CLASS[c.verdict])) for c in claims]
+    judged = [(c.name, c.sentence, c.measured, (c.verdict, VERDICTS[c.verdict])) for c in claims]
     return Evidence(
         name="The paper, flown and judged",
         kind="Reproduction",

@@ -163,23 +163,6 @@ def tunable(mission: Mission) -> list[str]:
     return [f"controller.{key}" for key in (*keys, *learning)]
 
 
-def present(gains: Sequence[TunedGain]) -> dict[str, float]:
-    return {leaf.key: leaf.present for one in gains for leaf in one.leaves}
-
-
-def numbers(gains: Sequence[TunedGain], point: Sequence[float]) -> dict[str, float]:
-    """What a point of the unit box puts at every key."""
-    found: dict[str, float] = {}
-    for one, place in zip(gains, point, strict=True):
-        found |= one.numbers(one.value(place))
-    return found
-
-
-def starting_point(gains: Sequence[TunedGain]) -> list[float]:
-    """The present gains in the unit box."""
-    return [min(max(one.range.place(one.leaves[0].present), 0.0), 1.0) for one in gains]
-
-
 def with_numbers(content: dict[str, object], mission: Mission, values: dict[str, float]) -> dict[str, object]:
     """A mission's content with these numbers written out."""
     changed = content if "controller" in content else {**content, "controller": {"type": mission.controller.type}}

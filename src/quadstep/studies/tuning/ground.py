@@ -31,9 +31,6 @@ from quadstep.studies.tuning.gains import (
     Conditions,
     TunedGain,
     gains_of,
-    numbers,
-    present,
-    starting_point,
     tunable,
     with_numbers,
 )
@@ -74,17 +71,18 @@ class TuningRequest(NamedTuple):
 
     def numbers(self, point: Sequence[float]) -> dict[str, float]:
         """What a point of the unit box puts at every key."""
-        return numbers(self.gains, point)
+        pairs = zip(self.gains, point, strict=True)
+        return {key: number for one, place in pairs for key, number in one.numbers(one.value(place)).items()}
 
     @property
     def present(self) -> dict[str, float]:
         """What is at every key now."""
-        return present(self.gains)
+        return {leaf.key: leaf.present for one in self.gains for leaf in one.leaves}
 
     @property
     def start(self) -> list[float]:
         """The present gains in the unit box."""
-        return starting_point(self.gains)
+        return [min(max(one.range.place(one.leaves[0].present), 0.0), 1.0) for one in self.gains]
 
     def campaign(self, vary: Mapping[str, object], **settings: object) -> CampaignFile:
         """Flights in which this varies. settings: of the campaign file."""
