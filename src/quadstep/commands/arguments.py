@@ -110,10 +110,3 @@ def completion(shell: Annotated[Shell, typer.Argument(help="Which shell: bash, z
 
     for line in get_completion_script(prog_name="quadstep", complete_var=VARIABLE, shell=shell.value).splitlines():
         say_whole(line)
-
-
-def answer_shell() -> None:
-    """Prepare for a shell that asks for completions, which the command line then answers."""
-    from typer._completion_classes import completion_init
-
-    completion_init()

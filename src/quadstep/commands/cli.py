@@ -14,7 +14,7 @@ import typer
 from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
-from quadstep.commands.arguments import VARIABLE, answer_shell, problem_message, refuse_empty
+from quadstep.commands.arguments import VARIABLE, problem_message, refuse_empty
 from quadstep.commands.options import expanded
 from quadstep.io.doors import Door
 from quadstep.io.errors import BAD_INPUT, INTERRUPTED, OUTPUT_LOST, InterruptedRun, UserError
@@ -222,7 +222,9 @@ def main() -> None:
             signal.signal(number, stop)
     provide_writable()
     if VARIABLE in os.environ:
-        answer_shell()
+        from typer._completion_classes import completion_init
+
+        completion_init()  # the shell asks for completions, which the command line then answers
     try:
         code = run()
         sys.stdout.flush()

@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType, TracebackType
+from types import ModuleType
 from typing import Any, TextIO
 
 from quadstep.io.errors import UserError, cut
@@ -85,7 +85,7 @@ def blamed(error: BaseException) -> tuple[str, int, str] | None:
         said = message_of(one)
         if isinstance(one, SyntaxError) and one.filename in FILES:
             return str(one.filename), one.lineno or 0, said
-        for frame in reversed(list(frames(one.__traceback__))):
+        for frame in reversed(traceback.extract_tb(one.__traceback__)):
             if frame.filename in FILES:
                 return frame.filename, frame.lineno or 0, said
     return None
@@ -108,10 +108,6 @@ def chain(error: BaseException | None) -> Iterator[BaseException]:
         seen.add(id(error))
         yield error
         error = error.__cause__ or error.__context__
-
-
-def frames(trace: TracebackType | None) -> Iterator[traceback.FrameSummary]:
-    yield from traceback.extract_tb(trace)
 
 
 PREFIX = "quadstep_user_"

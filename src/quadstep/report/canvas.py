@@ -88,7 +88,8 @@ def fit(figure: Figure) -> None:
     figure.draw_without_rendering()  # which lays it out
     for axes in figure.axes:
         box = axes.get_window_extent()
-        for text in (axes.yaxis.label, axes.xaxis.label, *titles(axes.get_children())):
+        above = [one for one in axes.get_children() if isinstance(one, Text) and one.get_position()[1] >= 1.0]
+        for text in (axes.yaxis.label, axes.xaxis.label, *above):
             room = (BESIDE * box.height if text is axes.yaxis.label else box.width) / figure.dpi
             text.set_text(wrapped(text.get_text(), room, float(text.get_fontsize())) if text.get_text() else "")
 
@@ -101,11 +102,6 @@ def legend_columns(wide: float, names: Sequence[str], most: int) -> int:
         if sum(LETTER * int(column.max()) + MARK for column in columns) - SPACE <= room:
             return count
     return 1
-
-
-def titles(artists: Sequence[object]) -> list[Text]:
-    """The texts among an axes' own parts that stand above it."""
-    return [one for one in artists if isinstance(one, Text) and one.get_position()[1] >= 1.0]
 
 
 fontManager.addfont(FOR_FIGURES)

@@ -21,6 +21,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocato
 from numpy.typing import NDArray
 
 from quadstep.engines.scored import LARGEST, RMSE
+from quadstep.metrics.requirements import unit
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
@@ -278,7 +279,7 @@ def legend(request: Request, cells: Cells) -> list[Artist]:
     """The legend of greys and lines, as far as they occur."""
     grey = ~coloured(cells)
     limits = ", ".join(
-        f"{name} > {most:g} {unit_of(request.campaign.thresholds[name])}".strip()
+        f"{name} > {most:g} {unit(request.campaign.thresholds[name])}".strip()
         for name, most in request.campaign.file.failure.items()
     )
     handles: list[Artist] = [
@@ -308,12 +309,7 @@ def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: LogNorm, request
 
 def length(metres: float) -> str:
     """A length in the unit that suits it."""
-    for unit, factor in (("m", 1.0), ("cm", 1e2), ("mm", 1e3), ("µm", 1e6)):
+    for name, factor in (("m", 1.0), ("cm", 1e2), ("mm", 1e3), ("µm", 1e6)):
         if metres * factor >= 0.9999:
-            return f"{metres * factor:.4g} {unit}"
+            return f"{metres * factor:.4g} {name}"
     return f"{metres * 1e9:.4g} nm"
-
-
-def unit_of(column: str) -> str:
-    """What is in brackets at the end of a column's name."""
-    return column.partition("[")[2].removesuffix("]")

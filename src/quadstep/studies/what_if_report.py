@@ -123,16 +123,18 @@ def evidence(
             f"With {changed_words(changed)} nothing that was flown differs by a bit from before, neither {gusts}, nor a step "
             f"of {STEP:g} m: they do not show what it does. There {grade_words(sides)}, and {lost}."
         )
+    number = units.number
+    rows_of_changes = [(name, number(old), number(new), f"{gain.unit}; {gain.meaning}") for name, gain, old, new in changed]
     tables = [
         TableSection(
             "Before and after", "both", ("", *SIDES, "difference"), [one[:4] for one in seen],
             "All without intervals but those of differences, which are paired, over flights completed with both.",
             shown="In gusts, at rest, and in a step in calm air",
         ),
-        TableSection("What changes", "changes", ("parameter", "before", "after", ""), [cells(*one) for one in changed]),
+        TableSection("What changes", "changes", ("parameter", "before", "after", ""), rows_of_changes),
         TableSection(
             "In gusts", "gusts", HEADER,
-            [["fail", *(units.percent(*one) for one in failed[:2]), points(failed[2])], *map(metric_row, measured)],
+            [["fail", *(units.percent(*one) for one in failed[:2]), points(failed[2])], *(one.texts for one in measured)],
             f"{gusts}, the same for both; 95 % intervals. Differences are paired, over flights completed with both.",
         ),
         TableSection("At rest", "margins", HEADER[:3], margin_rows(sides), AT_REST),
@@ -305,17 +307,8 @@ def grade_words(sides: tuple[Side, Side]) -> str:
     return f"the loop at rest {way}{why}"
 
 
-def cells(name: str, gain: Gain, old: float, new: float) -> tuple[str, ...]:
-    return name, units.number(old), units.number(new), f"{gain.unit}; {gain.meaning}"
-
-
 def points(one: Estimate) -> str:
     return f"{100.0 * one.value:+.3g} [{100.0 * one.low:+.3g}, {100.0 * one.high:+.3g}] points".replace("-", "−")
-
-
-def metric_row(one: Row) -> list[str]:
-    words, unit = units.metric(one.name)
-    return [words, *units.in_one_unit(one[1:], unit)]
 
 
 def recorded(one: Row) -> dict[str, object]:

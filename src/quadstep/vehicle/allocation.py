@@ -148,11 +148,6 @@ def spun(allocation: Allocation, thrusts: Sequence[Number]) -> Vector:
     return Vector(sqrt(one * per_thrust) for one in thrusts)
 
 
-def speeds_of(allocation: Allocation, thrusts: Vector) -> Vector:
-    """Rotor speeds [rad/s] for thrusts [N], each held within its rotor's limits."""
-    return spun(allocation, [clamped(one, allocation.least, allocation.most) for one in thrusts])
-
-
 def thrusts_of(allocation: Allocation, speeds: Vector) -> Vector:
     """The thrust [N] of every rotor at these speeds [rad/s], in still air."""
     return Vector(allocation.thrust * speed * speed for speed in speeds)

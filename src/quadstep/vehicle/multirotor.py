@@ -38,7 +38,7 @@ from quadstep.vehicle.airframe_plant import (
     specific_force,
     voltage,
 )
-from quadstep.vehicle.allocation import Allocation, allocate, clamped, mix, speeds_of, thrusts_of
+from quadstep.vehicle.allocation import Allocation, allocate, clamped, mix, spun, thrusts_of
 from quadstep.vehicle.in_space import InSpace, airframe_columns, airframe_row, fastest
 from quadstep.vehicle.rigid_body import AirframeState, Effects, Geometry, Motion, renormalised
 
@@ -124,7 +124,7 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
         if isinstance(command, Command):
             return Spun(*allocate(self.geometry, p.allocation, command.thrust, command.torque))
         if isinstance(command, RotorThrusts):
-            speeds = speeds_of(p.allocation, command.thrusts)
+            speeds = spun(p.allocation, [clamped(one, p.allocation.least, p.allocation.most) for one in command.thrusts])
         else:
             slowest, fastest = p.airframe.rotor.slowest, p.airframe.rotor.fastest
             speeds = Vector(clamped(speed, slowest, fastest) for speed in command.speeds)

@@ -189,10 +189,6 @@ def same(alone: object, together: object, place: int) -> bool:
     return bool(alone == (together[place] if isinstance(together, np.ndarray) else together))
 
 
-def without_key(values: Mapping[str, object], name: str) -> dict[str, object]:
-    return {key: value for key, value in values.items() if key != name}
-
-
 def values_text(values: Mapping[str, object]) -> str:
     return ", ".join(f"{name} = {value!r:.40}" for name, value in itertools.islice(values.items(), 8))
 

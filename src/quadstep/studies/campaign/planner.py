@@ -34,7 +34,6 @@ from quadstep.studies.campaign.draws import (
     numbers,
     option,
     same,
-    without_key,
 )
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.world.air import DeclaredWind
@@ -203,7 +202,8 @@ class Planner(Variants):
         """The keys that arrays can stand for, alone and together, giving exactly the numbers of flights built one by one."""
         spread = {name: np.array([column.min(), np.median(column), column.max()]) for name, column in columns.items()}
         first = {name: column[0].item() for name, column in columns.items()}
-        found = [name for name in columns if self.agrees({**fixed, **without_key(first, name)}, {name: spread[name]})]
+        others = {name: {key: value for key, value in first.items() if key != name} for name in columns}
+        found = [name for name in columns if self.agrees({**fixed, **others[name]}, {name: spread[name]})]
         some = {name: columns[name][:TRIED] for name in found}
         rest = {name: value for name, value in first.items() if name not in found}
         return found if self.agrees({**fixed, **rest}, some) else []

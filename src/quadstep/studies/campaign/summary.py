@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
-from numpy.typing import NDArray
 
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.metrics.registry import AT_REST
@@ -110,10 +109,11 @@ def summarise(
     through = pc.equal(flown[OUTCOME].cast(pa.string()), OUTCOMES[0])
     spreads = []
     for metric in (RMSE, LARGEST):
-        values = finite(flown.filter(through)[metric])
-        if len(values):
-            known = {q: quantile(values, q, tail) for q in QUANTILES if beyond(len(values), q) >= FEWEST or q == QUANTILES[0]}
-            spreads.append(MetricQuantiles(metric, len(values), known))
+        values = flown.filter(through)[metric].drop_null().to_numpy().astype(np.float64)
+        values = values[np.isfinite(values)]
+        if count_known := len(values):
+            told = [q for q in QUANTILES if round(count_known * (1.0 - q), 6) >= FEWEST or q == QUANTILES[0]]
+            spreads.append(MetricQuantiles(metric, count_known, {q: quantile(values, q, tail) for q in told}))
     scored = not varied or flown[RMSE].null_count == 0
     copies = scored and alike(flown) and alike(store.read(store.manifest["metrics"]))
     return CampaignSummary(
@@ -125,17 +125,6 @@ def summarise(
 def alike(flown: pa.Table) -> bool:
     results = flown.select([name for name in flown.column_names if name != FLIGHT]).combine_chunks()
     return flown.num_rows > 1 and all(len(pc.unique(column)) == 1 for column in results.columns)
-
-
-def beyond(count: int, q: float) -> float:
-    """How many of a number of values are above a quantile."""
-    return round(count * (1.0 - q), 6)
-
-
-def finite(column: pa.ChunkedArray) -> NDArray[np.float64]:
-    """The numbers of a column, without missing values."""
-    values: NDArray[np.float64] = column.drop_null().to_numpy().astype(np.float64)
-    return values[np.isfinite(values)]
 
 
 def worst(flown: pa.Table) -> list[WorstFlight]:

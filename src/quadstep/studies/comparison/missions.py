@@ -61,7 +61,10 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
             seeds=seeds,
             seed=1,
             metrics=reported("missions", MISSION_METRICS, found_cells),
-            entrants=tuple(as_flown(one, places[one.controller]) for one in found_cells),
+            entrants=tuple(
+                Entrant("", one.controller, one.campaign.defaults["controller"], f"as in {places[one.controller]}", one.law)
+                for one in found_cells
+            ),
         )
         return concluded(run, out, folder, about, flights, flown)
 
@@ -82,11 +85,6 @@ def cell_of(name: str, path: Path, seeds: int) -> StudyCell:
     check_mission(content, str(path), path.parent)
     file = check(CampaignFile, {"mission": content, "flights": seeds}, str(path))
     return StudyCell(Situation("", "", ""), name, campaign_of(file, "", content, str(path), path.parent.resolve()))
-
-
-def as_flown(cell: StudyCell, path: Path) -> Entrant:
-    """Who takes part with the mission of a cell, from this file."""
-    return Entrant("", cell.controller, cell.campaign.defaults["controller"], f"as in {path}", cell.law)
 
 
 def names_of(paths: Sequence[Path]) -> list[str]:

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.registry import Metrics, group, metric
 from quadstep.studies.paper.cases import (
     NEURONS,
@@ -57,15 +56,11 @@ def tracking(study: PaperStudy) -> Claim:
     return stays_small(study, "position", "m", "near-perfect tracking", sentence, (1e6, "um"), 1)
 
 
-def injected(log: FlightLog) -> float:
-    """Largest entry of the paper's disturbance (Eq. 67, scale 1) along a flight [N, N m]."""
-    products = log.table("x_dot", "y_dot", "z_dot") * log.table("phi_dot", "theta_dot", "psi_dot")
-    return float(np.abs(products).max())
-
-
 def compensation(study: PaperStudy) -> Claim:
     """Case 1's disturbance, and the stress flights at scale 1."""
-    disturbance = injected(study.logs["case1"])
+    log = study.logs["case1"]
+    products = log.table("x_dot", "y_dot", "z_dot") * log.table("phi_dot", "theta_dot", "psi_dot")
+    disturbance = float(np.abs(products).max())  # largest entry of Eq. 67, scale 1 [N, N m]
     with_nets, without = (
         metric(study.cases["case1"], "position_rmse[m]"),
         metric(study.further["case1 without nets"], "position_rmse[m]"),

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.metrics.statistics import Estimate, mean, means, quantile, quantile_difference, share, share_difference
 from quadstep.mission.tune import TuneSection
+from quadstep.report import units
 
 Floats = NDArray[np.float64]
 
@@ -146,6 +147,12 @@ class Row(NamedTuple):
     present: Estimate | None
     tuned: Estimate | None
     difference: Estimate | None
+
+    @property
+    def texts(self) -> list[str]:
+        """Words for the metric, and its numbers in one unit."""
+        words, unit = units.metric(self.name)
+        return [words, *units.in_one_unit(self[1:], unit)]
 
 
 class Compared(NamedTuple):

@@ -97,7 +97,7 @@ def gain_rows(request: TuningRequest, result: SearchResult) -> list[tuple[str, .
 
 def measured_rows(compared: Compared) -> list[list[str]]:
     """Success, the objective and the metrics, with each set of gains."""
-    return [shares(compared), *(row(one) for one in (compared.objective, *compared.rows))]
+    return [shares(compared), *(one.texts for one in (compared.objective, *compared.rows))]
 
 
 def answer(compared: Compared) -> str:
@@ -160,11 +160,6 @@ def shares(compared: Compared) -> list[str]:
         *(units.percent(*(one if compared.flights > 1 else one[:1])) for one in compared.success),
         f"{100.0 * compared.success_difference.value:+.3g} points".replace("-", "−"),
     ]
-
-
-def row(one: Row) -> list[str]:
-    words, unit = units.metric(one.name)
-    return [words, *units.in_one_unit((one.present, one.tuned, one.difference), unit)]
 
 
 def draw_search(path: Path, request: TuningRequest, result: SearchResult, sheet: Sheet) -> None:
