@@ -259,3 +259,16 @@ SAME_FILES = {
 def test_no_file_name_means_two_things():
     names = [path.stem for path in SOURCE.rglob("*.py") if path.stem != "__init__"]
     assert {name for name in names if names.count(name) > 1} == set(SAME_FILES)
+
+
+PARTICIPLES = {"told", "said", "held", "kept", "known", "found", "wanted", "given", "drawn"}
+PUBLIC = {"given", "Given", "Drawn", "wanted_attitude", "wanted_acceleration", "not_held"}
+"""Words of which docs/glossary.md says that they name nothing, and those that users meet in laws and results all the same."""
+
+
+def test_no_function_or_class_is_named_by_a_participle():
+    named = {
+        node.name for tree in modules().values() for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and PARTICIPLES & set(node.name.lower().strip("_").split("_"))
+    }  # fmt: skip
+    assert named <= PUBLIC

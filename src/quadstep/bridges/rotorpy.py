@@ -163,7 +163,7 @@ def from_rotorpy(controller: RotorpyControl) -> Controller:
     It is told no jerk and no snap of the path: zero.
     """
 
-    def asked(t: float, measured: MeasuredArrays, reference: ReferenceArrays) -> tuple[float, NDArray[np.float64]]:
+    def command(t: float, measured: MeasuredArrays, reference: ReferenceArrays) -> tuple[float, NDArray[np.float64]]:
         state = {"x": measured.position, "v": measured.velocity, "q": np.roll(measured.attitude, -1), "w": measured.rates}
         control = controller.update(t, state, flat_output(*reference))
         for key in ("cmd_thrust", "cmd_moment"):
@@ -171,7 +171,7 @@ def from_rotorpy(controller: RotorpyControl) -> Controller:
                 raise UserError(f"{type(controller).__name__} returns no {key}; it cannot fly here")
         return float(control["cmd_thrust"]), control["cmd_moment"]
 
-    return asked
+    return command
 
 
 def reference_of(flat: FlatOutput) -> Reference:

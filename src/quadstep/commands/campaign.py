@@ -50,7 +50,7 @@ def campaign(
         from quadstep.linear.grade import quick_grade
         from quadstep.metrics.requirements import parsed_share
         from quadstep.studies.campaign import run as limit
-        from quadstep.studies.campaign.evidence import evidence, refuse_known
+        from quadstep.studies.campaign.evidence import evidence, refuse_certain
         from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 
     check_range("--flights", flights, 1, MOST_FLIGHTS)
@@ -65,7 +65,7 @@ def campaign(
     folder = out or Path("out") / (f"{file.stem}-rare" if rare else file.stem)
     target = None if until is None else limit.parsed(until)
     if not rare and (target is not None or least is not None):
-        refuse_known(file, "--require" if target is None else "--until", flights)
+        refuse_certain(file, "--require" if target is None else "--until", flights)
     with bar("flying", "flights", flights) as shown, needed_by("`quadstep campaign`"):
         asked = CampaignRequest(file, folder, flights, engine, resume, overwrite, shown, drawn_on, quick_grade)
         if rare:

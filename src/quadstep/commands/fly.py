@@ -83,7 +83,7 @@ def fly(
         from quadstep.metrics.registry import AT_REST, at_rest_sentences
         from quadstep.studies.fly import Piloting, fly_mission
 
-        def told(stage: str, done: int, total: int) -> None:
+        def show_stage(stage: str, done: int, total: int) -> None:
             shown.doing(stage)
             shown.to(done, total)
 
@@ -91,7 +91,7 @@ def fly(
         if autopilot is not None:
             piloting = Piloting(autopilot, connect or "", connect_timeout, complain, pilot, pilot_connect or "")
         result = fly_mission(
-            mission, folder, engine, overwrite, told, flight, required, results, drawn_on, piloting, quick_grade
+            mission, folder, engine, overwrite, show_stage, flight, required, results, drawn_on, piloting, quick_grade
         )
     for warning in result.warnings:
         complain(f"warning: {mission}: {warning}")

@@ -189,12 +189,12 @@ def serve_setpoints(
     duration = plan.ticks.last * plan.ticks.step
     with bar("waiting for the vehicle", "s", duration) as shown:
 
-        def told(at: float) -> None:
+        def show_time(at: float) -> None:
             shown.doing("sending setpoints" if at <= duration else "holding the last point: take over, or change the mode")
             shown.to(round(min(at, duration)), round(duration))
 
-        def heard() -> None:
+        def say_limits() -> None:
             complain("This sends setpoints and nothing else: arming and switching to offboard or guided mode are up to you.")
 
-        count = serve(plan, connect, SetpointKind(kind), rate, hold, told, heard)
+        count = serve(plan, connect, SetpointKind(kind), rate, hold, show_time, say_limits)
     say(f"Sent {count} setpoints over {duration:g} s, and the path's last point for {hold:g} s. {ENDED}")

@@ -22,7 +22,7 @@ class HiddenResonance(NamedTuple):
     at: float
 
     @property
-    def said(self) -> str:
+    def words(self) -> str:
         """What it is, as a clause's subject."""
         at = f"{self.at / (2.0 * math.pi):.3g} Hz"
         if self.gain < 1.0:

@@ -245,7 +245,7 @@ def sentence(flight: Excited, now: MeasuredLoop) -> str:
     if flight.changed:
         by = f"{listed(flight.changed)} changed in this log, so these may be the margins of no single loop. {by}"
     less = now.hidden and now.doubtful and now.gain_up and now.hidden.leaves < now.gain_up.high
-    hidden = f", unless {now.hidden.said} leaves less" if now.hidden and less else ""
+    hidden = f", unless {now.hidden.words} leaves less" if now.hidden and less else ""
     return (
         f"{by} loop of {flight.axis} has a phase margin of {phase[0]} ({phase[1]}) at {at[0]} ({at[1]}); "
         f"its gain margin is {', '.join(gains)}{hidden}."
@@ -281,7 +281,7 @@ def next_steps(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Seq
 def less_left(hidden: HiddenResonance) -> str:
     """What noise may hide, and what excludes it."""
     longer = ", or fly longer, as a longer record hides less" if hidden.gain < 1.0 else ""
-    return f"{hidden.said} may leave less: excite to beyond it{longer}"
+    return f"{hidden.words} may leave less: excite to beyond it{longer}"
 
 
 def expected_result(flight: Excited, advice: Advice) -> str:

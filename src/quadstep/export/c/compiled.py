@@ -98,7 +98,7 @@ class CompiledLaw(Controller):
         return self.inner.preview
 
     def start(self, measured: object, gains: OpaqueGains) -> object:
-        return self._asked(-1, self.memory, measured, (), gains, 0.0, 0.0)[0]
+        return self._call(-1, self.memory, measured, (), gains, 0.0, 0.0)[0]
 
     def slower(
         self, loop: str, memory: object, measured: object, reference: Reference, gains: OpaqueGains, t: Number,
@@ -107,15 +107,15 @@ class CompiledLaw(Controller):
         """One of its loops; does nothing if it has none of this name."""
         if loop not in self.loops():
             return memory
-        return self._asked(self.loops().index(loop), memory, measured, reference, gains, t, period)[0]
+        return self._call(self.loops().index(loop), memory, measured, reference, gains, t, period)[0]
 
     def law(
         self, memory: object, measured: object, reference: Reference, gains: OpaqueGains, t: Number, period: Number
     ) -> tuple[object, object]:
-        memory, command = self._asked(len(self.loops()), memory, measured, reference, gains, t, period)
+        memory, command = self._call(len(self.loops()), memory, measured, reference, gains, t, period)
         return command, memory
 
-    def _asked(
+    def _call(
         self, which: int, memory: object, measured: object, reference: object, gains: OpaqueGains, t: Number,
         period: Number,
     ) -> tuple[object, object]:  # fmt: skip

@@ -82,7 +82,7 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
         reads[name] = [record.nodes[place].text for place in reached if record.nodes[place].operation == INPUT]
         return reads[name]
 
-    def told(record: NamedRecord) -> tuple[Structure, Structure, Reference]:
+    def inputs_of(record: NamedRecord) -> tuple[Structure, Structure, Reference]:
         return (
             structure_in_memory(record, gains, "params->gains"),
             replaced(
@@ -95,21 +95,21 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
         return from_struct(structure_in_memory(record, memory, "memory->"), begun)
 
     def start(record: NamedRecord) -> list[tuple[str, Structure]]:
-        own, measured, _ = told(record)
+        own, measured, _ = inputs_of(record)
         return [("memory->", as_struct(controller.start(measured, own), "memory"))]
 
     def enter(record: NamedRecord) -> list[tuple[str, Structure]]:
-        own, measured, reference = told(record)
+        own, measured, reference = inputs_of(record)
         return [("memory->", as_struct(controller.enter(measured, reference, own), "memory"))]
 
     def slower(loop: str, record: NamedRecord) -> list[tuple[str, Structure]]:
-        own, measured, reference = told(record)
+        own, measured, reference = inputs_of(record)
         t, period = cast(Number, record.input("t")), cast(Number, record.input("period"))
         after = controller.slower(loop, remembered(record), measured, reference, own, t, period)
         return [("memory->", as_struct(after, "memory"))]
 
     def law(record: NamedRecord) -> list[tuple[str, Structure]]:
-        own, measured, reference = told(record)
+        own, measured, reference = inputs_of(record)
         t, period = cast(Number, record.input("t")), cast(Number, record.input("period"))
         command, after = controller.law(remembered(record), measured, reference, own, t, period)
         return [("command->", only(command, wanted)), ("memory->", as_struct(after, "memory"))]

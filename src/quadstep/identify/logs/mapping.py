@@ -111,7 +111,7 @@ class Mapping(Section):
     columns: Annotated[dict[str, ChannelSection], Quantity("", "channels by name")]
 
     @model_validator(mode="after")
-    def _known(self) -> "Mapping":
+    def _check_names(self) -> "Mapping":
         for name, channel in self.columns.items():
             if name not in WIDTHS:
                 raise ValueError(f"columns: {unknown_name('channel', name, WIDTHS)}")

@@ -16,7 +16,7 @@ from quadstep.studies.campaign.single_flight import replay_command
 from quadstep.studies.campaign.summary import as_json, sentences
 
 
-def refuse_known(file: Path, option: str, flights: int | None) -> None:
+def refuse_certain(file: Path, option: str, flights: int | None) -> None:
     """Raises UserError where an option asks of a campaign what its flights cannot show: nothing of them is drawn at random, or
     they fly some points of a grid more often than others. flights: instead of the file's.
     """
