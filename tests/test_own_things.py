@@ -160,14 +160,6 @@ def test_a_campaign_varies_its_numbers_and_knows_its_file(folder):
     refused(quadstep("campaign", campaign, "--out", out, "--resume"), "another|changed|differs")
 
 
-def test_its_numbers_have_sliders(folder):
-    mission = read_mission(written(folder, LISSAJOUS))
-    plan = mission.plan()
-    page = missions_page([flown_mission(mission, plan, fly(plan), folder)])
-    for label, unit in (("centre", "m"), ("size", "m"), ("period", "s")):
-        assert f'"label":"{label}","unit":"{unit}","group":"Path"' in page
-
-
 @pytest.mark.parametrize("case", WRONG_PATHS)
 def test_wrong_paths_are_one_line(folder, case):
     table, code, said = WRONG_PATHS[case]
@@ -268,11 +260,16 @@ def test_a_campaign_varies_a_wind(folder):
     assert quadstep("fly", campaign, "--flight", 7, "--results", out, "--out", folder / "replay").code == 0
 
 
-def test_the_numbers_of_a_wind_have_sliders(folder):
-    mission = read_mission(written(folder, THERMAL))
+@pytest.mark.parametrize(("text", "group", "units"), [
+    (LISSAJOUS, "Path", {"centre": "m", "size": "m", "period": "s"}),
+    (THERMAL, "Wind", {"rising": "m/s"}),
+])  # fmt: skip
+def test_their_numbers_have_sliders(folder, text, group, units):
+    mission = read_mission(written(folder, text))
     plan = mission.plan()
     page = missions_page([flown_mission(mission, plan, fly(plan), folder)])
-    assert '"label":"rising","unit":"m/s","group":"Wind"' in page
+    for label, unit in units.items():
+        assert f'"label":"{label}","unit":"{unit}","group":"{group}"' in page
 
 
 @pytest.mark.parametrize("case", WRONG_WINDS)
