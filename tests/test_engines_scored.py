@@ -223,26 +223,6 @@ def bad_day():
     return plan, *scored(plan.loop, plan.ticks._replace(last=1500), 0.02)
 
 
-def test_a_real_vehicle_is_scored_as_its_log_says(bad_day):
-    plan, loop, ticks = bad_day
-    x, mass = plan.start.position[0] + 0.1, plan.parameters.airframe.mass
-    names = ["start.position.0", "parameters.airframe.mass"]
-    swept = Sweep(loop, ticks, plan.start, plan.parameters, places(plan.start, plan.parameters, names), True).fly(
-        [[x, 0.9 * mass], [x, mass]]
-    )
-    start = plan.start._replace(position=vector(x, *plan.start.position.entries[1:]))
-    log = fly_lanes(plan.loop, [plan.parameters], [start], ticks._replace(every=plan.ticks.every, log=10))[0]
-    wanted = flight_metrics(log)
-    score = dict(zip(METRICS, swept.metrics[1].tolist(), strict=True))
-    assert Outcome(swept.outcome[1]) is log.outcome is Outcome.COMPLETED
-    assert score["position_rmse[m]"] == pytest.approx(wanted["position_rmse[m]"], rel=1e-6)
-    assert score["largest_error[m]"] == pytest.approx(wanted["largest_error[m]"], rel=1e-6)
-    made = log.table("u_a", "tau_x_a", "tau_y_a", "tau_z_a")
-    np.testing.assert_allclose(swept.metrics[1][2:6], np.sqrt(np.mean(made**2, axis=0)), rtol=1e-6)
-    np.testing.assert_allclose(swept.metrics[1][6:10], np.abs(np.diff(made, axis=0)).sum(axis=0), rtol=1e-6)
-    assert swept.metrics[0, 0] != swept.metrics[1, 0]
-
-
 def test_python_is_asked_about_no_flight_gone_astray(bad_day):
     plan, _, _ = bad_day
     asked = []
