@@ -72,13 +72,16 @@ class ErrorTable(NamedTuple):
 def predictions(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, rows: Sequence[NDArray[np.int64]],
     horizons: tuple[int, ...] = HORIZONS, guided: bool = False, longest: int = HISTORY,
-) -> tuple[Starts, list[States]]:  # fmt: skip
+) -> tuple[Starts, list[States], Floats]:  # fmt: skip
+    """Where predictions from these rows of each flight start, the states at each horizon, and what stays unexplained, as of
+    `PredictionBatch.run`.
+    """
     laid = laid_out(flights, guided)
     starts = starts_at(flights, laid, rows, longest)
     loop = Predictor(vehicle.geometry(), EFFECTS, horizons, flights[0].speeds)
     batch = PredictionBatch(loop, flights[0].period, starts, p._replace(rows=laid.rows))
-    states, _ = batch.run([np.zeros(0)])
-    return starts, [as_states(one) for one in states[0]]
+    states, rest = batch.run([np.zeros(0)])
+    return starts, [as_states(one) for one in states[0]], rest[0]
 
 
 def why_unusable(flights: Sequence[FlightRecord]) -> str:
@@ -108,7 +111,7 @@ def compare(
     if not kept:
         raise UserError(f"{', '.join(flight.name for flight in flights)}: {why_unusable(flights)}")
     flights, rows = [flights[i] for i in kept], [rows[i] for i in kept]
-    starts, states = predictions(flights, vehicle, p, rows, horizons, guided)
+    starts, states, _ = predictions(flights, vehicle, p, rows, horizons, guided)
     period, now = flights[0].period, logged(flights, starts, 0)
     shape = (len(horizons), len(GROUPS), len(flights))
     found = [np.empty(shape) for _ in range(3)]
@@ -202,7 +205,7 @@ def predictions_of(
         if not len(rows):
             result[name] = {key: [] for key in "pvqw"}
             continue
-        _, states = predictions([flight], vehicle, p, [rows], guided=guided, longest=MASKED_HISTORY)
+        _, states, _ = predictions([flight], vehicle, p, [rows], guided=guided, longest=MASKED_HISTORY)
         parts = [(one.position, one.velocity, one.attitude[:, [1, 2, 3, 0]], one.rates) for one in states]
         stacked = zip("pvqw", zip(*parts, strict=True), strict=True)
         result[name] = {key: np.stack(values, axis=1).tolist() for key, values in stacked}

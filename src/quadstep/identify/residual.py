@@ -11,11 +11,10 @@ import numpy as np
 
 from quadstep.identify.averages import followed as turned
 from quadstep.identify.averages import matrices, rotor_speeds
-from quadstep.identify.guesses import EFFECTS
 from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.prediction import Predictor, PredictorParameters
-from quadstep.identify.prediction_problem import PredictionBatch, as_states
-from quadstep.identify.starts import HORIZONS, States, laid_out, logged, starts_at, usable, voltage_of
+from quadstep.identify.prediction import PredictorParameters
+from quadstep.identify.replay import predictions
+from quadstep.identify.starts import HORIZONS, States, logged, usable, voltage_of
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Vector, matrix
 from quadstep.vehicle.airframe_plant import INPUTS, Residual
@@ -47,12 +46,7 @@ def followed(flight: FlightRecord, vehicle: AirframeSection, p: PredictorParamet
     chosen = max(pieces, key=len)[: round(LONGEST / flight.period)]
     if len(chosen) * flight.period < 3.0:
         return None
-    laid = laid_out([flight])
-    starts = starts_at([flight], laid, [chosen])
-    batch = PredictionBatch(
-        Predictor(vehicle.geometry(), EFFECTS, HORIZONS, flight.speeds), flight.period, starts, p._replace(rows=laid.rows)
-    )
-    states, rest = batch.run([np.zeros(0)])
+    starts, states, rest = predictions([flight], vehicle, p, [chosen])
     rates = flight.channel("rates")
     turning = (rates[chosen + 1] - rates[chosen - 1]) / (2.0 * flight.period)
     return Followed(
@@ -60,9 +54,9 @@ def followed(flight: FlightRecord, vehicle: AirframeSection, p: PredictorParamet
         flight.period,
         flight.time[chosen] - flight.time[0],
         {horizon: logged([flight], starts, horizon) for horizon in HORIZONS},
-        {horizon: as_states(one) for horizon, one in zip(HORIZONS, states[0], strict=True)},
-        rest[0][:, :3] + rest[0][:, 3:6],
-        rest[0][:, 6:],
+        dict(zip(HORIZONS, states, strict=True)),
+        rest[:, :3] + rest[:, 3:6],
+        rest[:, 6:],
         turning,
     )
 
@@ -85,11 +79,8 @@ def samples(
 ) -> tuple[Floats, Floats, Floats]:
     """Inputs of the network (n, 7), targets (n, 6), and the flight of each row (n,)."""
     rows = [usable(flight, HORIZONS, STRIDE) for flight in flights]
-    laid = laid_out(flights)
-    starts = starts_at(flights, laid, rows)
-    loop = Predictor(vehicle.geometry(), EFFECTS, HORIZONS, flights[0].speeds)
-    _, rest = PredictionBatch(loop, flights[0].period, starts, p._replace(rows=laid.rows)).run([np.zeros(0)])
-    wanted = np.concatenate([rest[0][:, :3] + rest[0][:, 3:6], rest[0][:, 6:]], axis=1)
+    starts, _, rest = predictions(flights, vehicle, p, rows)
+    wanted = np.concatenate([rest[:, :3] + rest[:, 3:6], rest[:, 6:]], axis=1)
     seen = [inputs(flight, p)[chosen] for flight, chosen in zip(flights, rows, strict=True)]
     return np.concatenate(seen), wanted, starts.flight.astype(np.float64)
 

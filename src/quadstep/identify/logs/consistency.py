@@ -1,6 +1,8 @@
 """What a log says of one motion in several channels: regressions and correlations that show wrong units, signs and axes."""
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -48,8 +50,8 @@ class Finding(NamedTuple):
 def relations(flight: FlightRecord, sure: Flags, geometry: Geometry | None) -> list[Finding]:
     """What channels show of each other, on rows that can be used. geometry: of the vehicle that should have flown it."""
     found = [
-        *check_rates(flight, sure),
-        *check_velocity(flight, sure),
+        *check_slope(flight, sure, "rates", "attitude", "the attitude's", rates_of),
+        *check_slope(flight, sure, "velocity", "position", "the position's rate", partial(np.gradient, axis=0)),
         *check_lean(flight, sure),
         *check_accelerometer(flight, sure),
         *height(flight),
@@ -100,22 +102,15 @@ def against(name: str, other: str, x: Floats, y: Floats, where: Flags, least: fl
     return found
 
 
-def check_rates(flight: FlightRecord, sure: Flags) -> list[Finding]:
-    if "attitude" not in flight.channels or "rates" not in flight.channels or "rates" in flight.derived:
+def check_slope(
+    flight: FlightRecord, sure: Flags, name: str, of: str, other: str, slope: Callable[[Floats, Floats], Floats]
+) -> list[Finding]:
+    """A channel that was logged, against the slope over time of the channel `of`. other: that slope in words."""
+    if of not in flight.channels or name not in flight.channels or name in flight.derived:
         return []
-    seen = finite(sure, flight.channel("attitude"), flight.channel("rates"))
-    made = smooth(rates_of(filled(flight.channel("attitude")), flight.time), flight.period)
-    return against("rates", "the attitude's", made, smooth(filled(flight.channel("rates")), flight.period), seen, 0.05)
-
-
-def check_velocity(flight: FlightRecord, sure: Flags) -> list[Finding]:
-    if "position" not in flight.channels or "velocity" not in flight.channels or "velocity" in flight.derived:
-        return []
-    seen = finite(sure, flight.channel("position"), flight.channel("velocity"))
-    made = smooth(np.gradient(filled(flight.channel("position")), flight.time, axis=0), flight.period)
-    return against(
-        "velocity", "the position's rate", made, smooth(filled(flight.channel("velocity")), flight.period), seen, 0.05
-    )
+    seen = finite(sure, flight.channel(of), flight.channel(name))
+    made = smooth(slope(filled(flight.channel(of)), flight.time), flight.period)
+    return against(name, other, made, smooth(filled(flight.channel(name)), flight.period), seen, 0.05)
 
 
 def check_lean(flight: FlightRecord, sure: Flags) -> list[Finding]:

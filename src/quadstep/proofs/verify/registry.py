@@ -68,12 +68,7 @@ def document(results: list[JudgedRow], seconds: float) -> dict[str, object]:
         "seconds": round(seconds, 1),
         "rows": [
             {
-                "number": result.row.number,
-                "what": result.row.what,
-                "printed": result.row.printed,
-                "where": result.row.where,
-                "verdict": result.row.verdict,
-                "reason": result.row.reason,
+                **{name: said for name, said in result.row._asdict().items() if name != "gather"},
                 "counterexample": result.evidence.counterexample,
                 "passed": result.passed,
                 "checks": [check._asdict() for check in result.evidence.checks],
