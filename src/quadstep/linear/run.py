@@ -114,7 +114,10 @@ def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> E
     mission = read_mission(path)
     plan = plan_mission(mission, path)
     with publishing(folder, "linear-" + fingerprint([plan]), overwrite) as out:
-        found = of_file(mission, path)
+        try:
+            found = analyse_rest(mission)
+        except UserError as error:
+            raise UserError(f"{path}: {error}") from None
         but = mission.shortfall(plan) if found.analysis.holds else ""
         done = evidence(out, mission, path, found, sheet, but)
         rows = channel_margins(found.analysis).items()
@@ -124,13 +127,6 @@ def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> E
         done.write_report(out)
         write_json(out / MANIFEST, {**done.record, "states": len(found.analysis.loop.period.names)})
     return done
-
-
-def of_file(mission: Mission, path: Path) -> RestAnalysis:
-    try:
-        return analyse_rest(mission)
-    except UserError as error:
-        raise UserError(f"{path}: {error}") from None
 
 
 def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, sheet: Sheet, but: str = "") -> Evidence:
