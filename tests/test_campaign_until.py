@@ -70,7 +70,8 @@ def test_it_ends_where_the_probability_is_above_and_says_what_to_do(tmp_path):
     path.write_text(path.read_text() + head)
     run = fly(path, tmp_path / "out", "--until", "0.5")
     assert run.code == 4
-    assert "Not met: 0.5 of the flights or more fail (limit: largest error 1e-09 m)." in run.out
+    assert "Not met: 0.5 of the flights or more fail." in run.out
+    assert " flights failed (limit: largest error 1e-09 m): a probability from " in run.out
     assert "with 95 % confidence: shown not to be so; the probability is from " in " ".join((run.out + run.err).split())
     assert "Next: see the report" in run.out
 

@@ -55,7 +55,9 @@ def write_replay(
 
 
 def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet) -> Evidence:
-    """The same with its figures, which are drawn into a folder: one of each kind at the top, the others below."""
+    """The same with its figures, which are drawn into a folder: errors at the top, a flight of the others with its table, the
+    rest below.
+    """
     groups = sheet.chosen(("errors", one, one) for one in GROUPS)
     if groups:
         draw_errors(out / ERRORS, result.predictions[0].compared, result.period, sheet, groups)
@@ -65,8 +67,11 @@ def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet) -
     caption = "Mean prediction error against the time ahead: the vehicle helps where its line is below both guesses."
     rest = [*flown[1:], *estimated[1:]]
     more = [markup.heading("The other flights", "others")] if rest else []
-    figures = [*([Figure(ERRORS, caption)] if groups else []), *flown[:1], *estimated[:1]]
-    return evidence._replace(figures=figures, sections=[*evidence.sections, *more, *rest])
+    if not groups:
+        return evidence._replace(figures=[*flown[:1], *estimated[:1]], sections=[*evidence.sections, *more, *rest])
+    beside = {"simulated": flown[:1], "estimates": estimated[:1]}
+    told = [part for one in evidence.sections for part in (one, *beside.get(getattr(one, "anchor", ""), ()))]
+    return evidence._replace(figures=[Figure(ERRORS, caption)], sections=[*told, *more, *rest])
 
 
 def with_signals(kind: str, jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
@@ -111,7 +116,8 @@ def estimate_picture(one: Estimated, place: int) -> FigureJob:
         Panel(name, unit, {who: parts[i][known] for who, parts in several.items()})
         for i, (name, unit) in enumerate(ESTIMATED.items())
     ]
-    caption = f"{one.name}: how far estimates are from the truth."
+    off = [f"{who} {quantity(of.position, 'm')}" for who, of in (("filter", one.filter), ("log's own", one.own)) if of]
+    caption = f"{one.name}: how far estimates are from the truth; position, RMS: {', '.join(off)}."
     return FigureJob(f"{FIGURES}/estimate{place}", caption, one.time[known], panels, 2)
 
 
