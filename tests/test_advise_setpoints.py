@@ -18,7 +18,7 @@ from quadstep.io.parameter_files import read_parameters
 from quadstep.report.sheet import sheet
 from quadstep.studies.advise import advise, evidence, expected_result, sentence
 from tests.challenge import setpoints, symptoms
-from tests.made_logs import rate_loop
+from tests.made_logs import rate_loop, ulog_of
 from tests.rate_flights import PERIOD, Axis, Ring, flown, stepped
 
 STEP = 0.004
@@ -330,6 +330,24 @@ def test_a_setpoint_that_is_logged_too_slowly_is_blamed_for_it_and_not_the_stick
     said = r"torque_setpoint.xyz\[0\]: .* vehicle_rates_setpoint.roll is logged every 20 ms, .* by \d\d degrees: set bit 4 of"
     with pytest.raises(UserError, match=said):
         advise(path, None, None, tmp_path / "out", False, sheet("svg"))
+
+
+@pytest.mark.parametrize(("pitch", "said"), [(WEAK, "In the same log roll has"), (SOUND, "In the same log pitch has")])
+def test_of_several_axes_that_a_log_tells_one_that_lacks_margin_is_advised(tmp_path, pitch, said):
+    """Roll is told over a wider range, and lacks none."""
+    angle = stepped(np.random.default_rng(3), 30.0)[:, None] * [0.1, 1.0, 1.0]  # the weak loop is excited less
+    columns = flown(axes(), angle * axes().attitude, noise=np.array([1e-2, 1e-4, 1e-4]), gust=np.array([0.1, 0.01, 0.01]))
+    r, y, u = (np.stack([column[:, SOUND], column[:, pitch], 0.0 * column[:, SOUND]], axis=1) for column in columns)
+    told = {**parameters(SOUND), **{name.replace("ROLL", "PITCH"): one for name, one in parameters(pitch).items()}}
+    topics = {"vehicle_rates_setpoint": ("float roll;float pitch;float yaw", r)}
+    topics |= {"vehicle_angular_velocity": ("float[3] xyz", y), "vehicle_torque_setpoint": ("float[3] xyz", u)}
+    path = tmp_path / "flight.ulg"
+    path.write_bytes(ulog_of(topics, STEP * np.arange(len(r)), told))
+    found = advise(path, None, None, tmp_path / "out", False, sheet("svg"))
+    weak = pitch == WEAK
+    assert found.answer.startswith(f"The loop of {'pitch' if weak else 'roll'} has")
+    assert {*found.record["changes"]} == {"MC_PITCHRATE_K" if weak else "MC_ROLLRATE_K"}
+    assert found.more[1].startswith(said)
 
 
 def test_a_hover_in_gusts_is_no_excitation(tmp_path):

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from quadstep.identify import pages
-from quadstep.identify.averages import blocks, rotor_speeds, torques
-from quadstep.identify.fit import LONG_WEIGHTS, Fitted, Identified, identify
+from quadstep.identify.averages import AverageEstimate, blocks, rotor_speeds, torques
+from quadstep.identify.fit import CHECKED, LONG_WEIGHTS, Fitted, Identified, identify, in_step
 from quadstep.identify.flown_setpoints import as_flown, is_wrong, span_of_thrust
 from quadstep.identify.guesses import EFFECTS, limits_guess
-from quadstep.identify.intervals import StandardErrors, freedom, jackknife, with_values
+from quadstep.identify.intervals import IN_STEP, StandardErrors, freedom, jackknife, with_values
 from quadstep.identify.logs.flight import spectrum
 from quadstep.identify.mean_forces import forces
 from quadstep.identify.parameters import LIMITS, numbers_of
@@ -309,6 +309,13 @@ def test_rows_that_were_not_measured_are_predicted_from_commands(tmp_path, fligh
     quaternions = np.array(found["q"])[:, 0]
     true = flight.channels["attitude"][np.array(rows) + 1][:, [1, 2, 3, 0]]
     assert np.abs((quaternions * true).sum(axis=1)).min() > 0.9999
+
+
+def test_a_vehicle_far_from_the_logs_is_no_fault_of_the_program():
+    """Logs of a Crazyflie beside an x500: nothing pulls on its axial drag."""
+    errors = SimpleNamespace(errors=np.array([0.1]), pulls=np.array([0.0]))
+    averages = {CHECKED[0]: AverageEstimate(2.0, 0.01)}
+    assert in_step([SimpleNamespace(key=CHECKED[0])], np.array([0.0]), errors, averages) == IN_STEP
 
 
 def test_replay_through_the_command_line(tmp_path, flights, truth):

@@ -10,6 +10,7 @@ import numpy as np
 from quadstep.identify.logs.flight import Floats, damage
 from quadstep.identify.logs.read import of_topics, read_topics
 from quadstep.identify.logs.series import Series, Topics, refuse_backward
+from quadstep.identify.measured import measured
 from quadstep.identify.rate_loops import ARDUPILOT, AXES, BETAFLIGHT, COLUMNS, PX4, SINKING, RateLoop, limits
 from quadstep.identify.response import FREE, Response, response
 from quadstep.identify.setpoint_response import (
@@ -159,7 +160,7 @@ def damage_note(topics: Topics) -> str:
 
 
 def by_setpoint(path: Path, topics: Topics, loops: tuple[RateLoop, ...]) -> Excited:
-    """What setpoints excited, of the axis where they tell most. Raises UserError."""
+    """What setpoints excited, of an axis that lacks margin, or else of that where they tell most. Raises UserError."""
     logged = [
         (AXES.index(one.axis), one) for one in loops
         if all(len(topics.columns.get(name, ((),))[0]) > 1 for name in (one.setpoint, one.rate, one.command))
@@ -178,9 +179,10 @@ def by_setpoint(path: Path, topics: Topics, loops: tuple[RateLoop, ...]) -> Exci
             refused.append(error)
     if not several:
         raise refused[0]
-    best = max(several, key=lambda one: wide(one.measured))
+    told = [one for one in several if wide(one.measured) >= NARROWEST]
+    best = max(told or several, key=lambda one: (bool(told) and measured(one.measured).fragile, wide(one.measured)))
     refuse_narrow(path, best)
-    return best._replace(others=tuple(one for one in several if one is not best and wide(one.measured) >= NARROWEST))
+    return best._replace(others=tuple(one for one in told if one is not best))
 
 
 def setpoint_excitation(path: Path, topics: Topics, loop: RateLoop, place: int) -> Excited:

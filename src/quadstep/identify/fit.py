@@ -197,12 +197,12 @@ def in_step(free: Sequence[Free], point: Floats, errors: StandardErrors, average
     that of the averages, to which it hardly matters how commands change between the rows of a log.
     """
     place = [one.key for one in free].index(CHECKED[0])
-    average = averages.get(CHECKED[0])
-    if average is None or average.value < 2.0 * average.error:
+    average, pull = averages.get(CHECKED[0]), float(errors.pulls[place])
+    if average is None or average.value < 2.0 * average.error or pull == 0.0:
         return IN_STEP
     apart = abs(float(point[place]) - math.log(average.value))
     chance = 2.0 * math.hypot(float(errors.errors[place]), average.error / average.value)
-    return min(max((apart - chance) / float(errors.pulls[place]), IN_STEP), 1.0)
+    return min(max((apart - chance) / pull, IN_STEP), 1.0)
 
 
 def below(share: float) -> float:

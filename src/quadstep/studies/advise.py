@@ -125,7 +125,12 @@ def evidence(
     """What was measured and what follows, for its readers. stem, log: name of the log, and where it is; new: parameters."""
     assert now.phase
     answer, seen = sentence(flight, now), symptoms(flight, now, advice)
-    more = [*next_steps(flight, now, advice), *([behind.sentence] if behind else []), *further_remarks(flight, now)]
+    more = [
+        *next_steps(flight, now, advice),
+        *of_other_axes(flight),
+        *([behind.sentence] if behind else []),
+        *further_remarks(flight, now),
+    ]
     more += [one.sentence for one in seen if one.shows]
     rows = margin_rows(now, behind, model, advice, flight.loop, new)
     lines = [(one.name, one.measured, one.threshold) for one in seen]
@@ -318,6 +323,15 @@ def range_ends(flight: Excited, new: dict[str, tuple[float, float]]) -> Iterator
             low, high = loop.documented(name)
             if then * FINE > high or then < low * FINE:
                 yield f"{name} is then at the end of the range that {loop.law.source} documents, {low:g} to {high:g}"
+
+
+def of_other_axes(flight: Excited) -> Iterator[str]:
+    """What the same log tells of the other axes."""
+    for axis, one in ((other.axis, measured(other.measured)) for other in flight.others):
+        if one.phase:
+            phase, at = degrees(one.phase.value), hertz(one.phase.at)
+            lacks = "; it lacks a sound loop's margins too: fly and advise again" if one.fragile else ""
+            yield f"In the same log {axis} has a phase margin of {phase[0]} ({phase[1]}) at {at[0]} ({at[1]}){lacks}."
 
 
 def further_remarks(flight: Excited, now: MeasuredLoop) -> Sequence[str]:
