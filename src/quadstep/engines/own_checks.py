@@ -14,7 +14,7 @@ from quadstep.engines.loop import Cycle, Loop, Numbers
 from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Command, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.log import Metric, added, started
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 from quadstep.io.user_code import blamed
 from quadstep.numbers import Structure, Table, Vector, flatten, leaf_names, rebuild, vector
 from quadstep.program.python_code import PythonCode, entered
@@ -64,10 +64,8 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
 
 def try_plant(name: str, loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
     """The methods of a plant, once each. Raises UserError, naming it, if one returns something of the wrong shape."""
-    try:
+    with errors_in("vehicle", name):
         check_plant(loop, parameters, start)
-    except UserError as error:
-        raise UserError(f"vehicle: {name}: {error}") from None
 
 
 def check_plant(loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:

@@ -24,7 +24,7 @@ from quadstep.export.law_sheet import NOTHING, Facts, Measurements, datasheet, d
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io import __version__
 from quadstep.io.doors import Door
-from quadstep.io.errors import ToolError, UserError
+from quadstep.io.errors import ToolError, UserError, errors_in
 from quadstep.io.files import TOML, read_bytes
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.numbers import Table, flatten
@@ -194,12 +194,10 @@ def export_mission(
     plan = plan_mission(mission, path)
     facts = facts_of(path, plan, mission.name)
     say("recording the law")
-    try:
+    with errors_in(path):
         law = exported(plan, request.precise, facts.lines())
         files: dict[str, str] = c99_files(law, plan)
         files = TARGETS.load(request.target)(law, files)
-    except UserError as error:
-        raise UserError(f"{path}: {error}") from None
     kind = "f64" if request.precise else "f32"
     identity = digest(f"{facts.flight} {request.target} {kind} {__version__}".encode())
     with publishing(folder, identity, request.overwrite, MANIFEST) as out:

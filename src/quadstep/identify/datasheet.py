@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from quadstep.io.documents import read_toml
 from quadstep.mission.check import check
@@ -34,13 +34,11 @@ class PropellerSection(Section):
     ] = None
     mass: Annotated[Positive | None, Quantity("kg", "mass of one propeller")] = None
 
-    @model_validator(mode="after")
-    def _sized(self) -> "PropellerSection":
+    def model_post_init(self, context: object) -> None:
         if (self.inches is None) == (self.diameter is None):
             raise ValueError("give either diameter (and perhaps pitch) in metres, or inches = [diameter, pitch]")
         if self.inches and not 0.4 <= self.inches[0] <= 4000.0:
             raise ValueError(f"inches: the diameter should be from 0.4 to 4000 in, not {self.inches[0]:g}")
-        return self
 
     @property
     def size(self) -> float:
@@ -58,8 +56,7 @@ class StandSection(Section):
     speed: Annotated[Column, Quantity("rad/s", "speed of the propeller")] = ()
     torque: Annotated[Column, Quantity("N m", "torque of one motor")] = ()
 
-    @model_validator(mode="after")
-    def _even(self) -> "StandSection":
+    def model_post_init(self, context: object) -> None:
         count = len(self.throttle)
         if count < FEWEST_POINTS:
             raise ValueError(f"throttle: {count} points; at least {FEWEST_POINTS} are needed")
@@ -80,7 +77,6 @@ class StandSection(Section):
             raise ValueError("thrust: every point is zero")
         if max(self.thrust) > 1000.0:
             raise ValueError(f"thrust: {max(self.thrust):g} N from one motor; is it in grams? 1 g is 0.00981 N")
-        return self
 
 
 class Datasheet(Section):
@@ -101,12 +97,10 @@ class Datasheet(Section):
     propeller: PropellerSection
     stand: StandSection | None = None
 
-    @model_validator(mode="after")
-    def _in_proportion(self) -> "Datasheet":
+    def model_post_init(self, context: object) -> None:
         size, places = self.propeller.size, self.wheelbase
         if not IN_PROPORTION[0] * places <= size <= IN_PROPORTION[1] * places:
             raise ValueError(f"wheelbase: {places:g} m does not fit propellers of {size:.3g} m; is each in metres?")
-        return self
 
 
 def read_datasheet(path: Path) -> Datasheet:

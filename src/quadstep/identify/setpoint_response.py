@@ -10,7 +10,7 @@ from quadstep.identify.logs.flight import Flags, Floats, stretches
 from quadstep.identify.logs.series import Columns, Series, Topics, refuse_backward
 from quadstep.identify.rate_loops import AXES, RateLoop
 from quadstep.identify.response import CYCLES, Complex, amplitudes
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 
 LANDED, LEVELLED, THROTTLE, STICK = (
     "vehicle_land_detected.landed", "vehicle_control_mode.flag_control_attitude_enabled", "RATE.AOut", "main.rcCommand[3]",
@@ -110,10 +110,8 @@ def axis_excitation(path: Path, topics: Topics, loop: RateLoop, place: int) -> E
         raise UserError(f"{path}: {loop.attitude} is not among the log's parameters")
     s: Complex = (2j * np.pi * np.fft.rfftfreq(len(time), period)[1:]).astype(np.complex128)
     big_r, big_y, big_u = (spectral(one) for one in (setpoint, rate, command))
-    try:
+    with errors_in(path):
         f, k = loop.transfers(topics.parameters, s)
-    except UserError as error:
-        raise UserError(f"{path}: {error}") from None
     added, damped = (
         spectral(np.interp(time, *topics.columns[name])) if name in topics.columns else 0.0 * big_u
         for name in loop.apart or ("", "")

@@ -10,7 +10,7 @@ import numpy as np
 from quadstep.engines.fly import fingerprint, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io import __version__
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 from quadstep.io.run_record import FIGURES
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, RestAnalysis, StepResponse, analyse_rest, steps
@@ -114,10 +114,8 @@ def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> E
     mission = read_mission(path)
     plan = plan_mission(mission, path)
     with publishing(folder, "linear-" + fingerprint([plan]), overwrite) as out:
-        try:
+        with errors_in(path):
             found = analyse_rest(mission)
-        except UserError as error:
-            raise UserError(f"{path}: {error}") from None
         but = mission.shortfall(plan) if found.analysis.holds else ""
         done = evidence(out, mission, path, found, sheet, but)
         rows = channel_margins(found.analysis).items()

@@ -11,7 +11,7 @@ from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.io import __version__
 from quadstep.io.documents import read_toml
 from quadstep.io.doors import CONTROLLERS
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 from quadstep.io.run_record import FIGURES
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, analyse_rest, limits, of_even_rotors, of_loop, worst_of
@@ -123,10 +123,8 @@ def instants(path: Path, count: int, folder: Path, overwrite: bool, sheet: Sheet
     mission = read_mission(path)
     plan = plan_mission(mission, path)
     with publishing(folder, f"linear-along-{count}-" + fingerprint([plan]), overwrite) as out:
-        try:
+        with errors_in(path):
             found = collected(((f"t = {t:g} s", one) for t, one in along(mission, count)), progress)
-        except UserError as error:
-            raise UserError(f"{path}: {error}") from None
         done = Several(mission.name, "instants", found, [float(name.split()[2]) for name, _ in found])
         return write(out, done, path, sheet)
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 from quadstep.numbers import Matrix, Number, Structure, Table, Vector, flatten, leaf_names
 from quadstep.program.assignments import INPUT
 from quadstep.program.recorded import RecordedNumber
@@ -179,10 +179,8 @@ def initialiser(value: Structure, precise: bool, path: str = "", depth: int = 1)
 
 def array_literal(path: str, array: Array, precise: bool) -> str:
     """A number, or an array's in braces. Raises UserError naming it where one does not fit."""
-    try:
+    with errors_in(path):
         return braced(array, precise) if array.sizes else number(array.entries[0], precise)
-    except UserError as error:
-        raise UserError(f"{path}: {error}") from None
 
 
 def braced(array: Array, precise: bool) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from quadstep.identify.logs.flight import WIDTHS, Flags, Floats
 from quadstep.io.documents import read_toml
@@ -78,11 +78,9 @@ class ChannelSection(Section):
         dict[str, float], Field(default_factory=dict), Quantity("", "columns of the topic whose value marks messages to take")
     ]
 
-    @model_validator(mode="after")
-    def _signs(self) -> "ChannelSection":
+    def model_post_init(self, context: object) -> None:
         if self.signs and len(self.signs) != len(self.columns):
             raise ValueError(f"signs: {len(self.signs)} given for {len(self.columns)} columns")
-        return self
 
 
 class MotorsSection(Section):
@@ -93,11 +91,9 @@ class MotorsSection(Section):
     zero: Annotated[float, Quantity("", "value of a zero command, in the logged unit")] = 0.0
     full: Annotated[Positive, Quantity("", "value of the full command, in the logged unit")] = 1.0
 
-    @model_validator(mode="after")
-    def _full(self) -> "MotorsSection":
+    def model_post_init(self, context: object) -> None:
         if not self.full > self.zero:
             raise ValueError(f"full = {self.full:g} should be above zero = {self.zero:g}")
-        return self
 
 
 class Mapping(Section):
@@ -110,8 +106,7 @@ class Mapping(Section):
     motors: MotorsSection
     columns: Annotated[dict[str, ChannelSection], Quantity("", "channels by name")]
 
-    @model_validator(mode="after")
-    def _check_names(self) -> "Mapping":
+    def model_post_init(self, context: object) -> None:
         for name, channel in self.columns.items():
             if name not in WIDTHS:
                 raise ValueError(f"columns: {unknown_name('channel', name, WIDTHS)}")
@@ -121,7 +116,6 @@ class Mapping(Section):
             width = ORDERS[channel.order] if WIDTHS[name] == 4 else WIDTHS[name]
             if len(channel.columns) != width:
                 raise ValueError(f"columns.{name}: {len(channel.columns)} columns given, {width} are needed")
-        return self
 
     def names(self) -> list[str]:
         channels = [name for channel in self.columns.values() for name in (*channel.columns, *channel.where)]

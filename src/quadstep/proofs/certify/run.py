@@ -8,7 +8,7 @@ import numpy as np
 from quadstep.engines.fly import fingerprint
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io import __version__
-from quadstep.io.errors import UserError
+from quadstep.io.errors import errors_in
 from quadstep.metrics.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
@@ -31,10 +31,8 @@ def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | No
     mission = read_mission(path)
     plan = plan_mission(mission, path)
     with publishing(folder, "certificate-" + fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
-        try:
+        with errors_in(path, "no certificate"):
             flown = certify_plan(plan)
-        except UserError as error:
-            raise UserError(f"{path}: no certificate: {error}") from None
         figure = pool.submit(figure_of(flown, mission.name).draw, out, sheet and sheet.shown())
         full = record(flown)
         write_json(out / f"{NAME}.json", full)
