@@ -61,7 +61,7 @@ def test_arrays_and_lanes_fly_what_floats_fly(law):
 @needs_node
 @STOCK_TOO
 def test_javascript_flies_what_floats_fly(law, tmp_path, monkeypatch):
-    monkeypatch.setattr("quadstep.page.laws.ROOM_FOR_GHOSTS", 0)
+    monkeypatch.setattr("quadstep.page.controllers.ROOM_FOR_GHOSTS", 0)
     given = mission(law)
     plan = given.plan()
     (answer,) = fly_page(write_page(tmp_path / "page.html", flown(law, given)), {"flight": law})

@@ -71,7 +71,7 @@ def logs(missions):
 def page(tmp_path_factory, missions, logs):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("quadstep.page.laws.ROOM", 10**8)
-        patch.setattr("quadstep.page.laws.ROOM_FOR_GHOSTS", 10**8)
+        patch.setattr("quadstep.page.controllers.ROOM_FOR_GHOSTS", 10**8)
         return write_page(
             tmp_path_factory.mktemp("page") / "page.html",
             *(flown(name, given, log=logs[name]) for name, given in missions.items()),

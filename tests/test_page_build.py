@@ -283,7 +283,7 @@ def test_a_full_page_has_fewer_ghosts_then_recordings(monkeypatch):
     flights = [flown(name, FLIGHTS[name]) for name in ("backstepping", "waypoints", "circle", "forty neurons")]
     own = Laws()
     own.add(flights[0].plan)
-    monkeypatch.setattr("quadstep.page.laws.ROOM_FOR_GHOSTS", 4 * own.size)
+    monkeypatch.setattr("quadstep.page.controllers.ROOM_FOR_GHOSTS", 4 * own.size)
     monkeypatch.setattr("quadstep.page.laws.ROOM", 7 * own.size)
     shown = data_of(missions_page(flights))["flights"]
     counts = [len(flight["controllers"]) for flight in shown]

@@ -537,7 +537,7 @@ def test_of_two_in_other_wind_it_is_said(tmp_path):
             tmp_path / name, name=name, mission=mission, **{"position_rmse[m]": rmse, "outcome": "completed", "ended[s]": 5.0}
         )
     text = answer(tmp_path, "/compare?a=a&b=b").text
-    assert "a is 3.0 times closer to its path than b. They differ in wind and events, too." in text
+    assert "a is 3.0 times closer to its path than b.</p><p>They differ in wind and events, too.</p>" in text
 
 
 def test_a_lost_flight_has_no_error_to_rank_it_by_and_a_late_score_is_said(tmp_path):

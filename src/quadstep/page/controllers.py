@@ -34,12 +34,15 @@ from quadstep.page.controls import (
     slider,
     wind_controls,
 )
-from quadstep.page.laws import NEURONS, ROOM_FOR_GHOSTS, Laws, widened
+from quadstep.page.laws import NEURONS, Laws, widened
 from quadstep.page.model import Component, ConditionData, Control, ControllerData, identity
 from quadstep.program.assignments import CONSTANT, INPUT, Record
 from quadstep.vehicle.paper import State
 
 MOST_SLIDERS = 60
+ROOM_FOR_GHOSTS = 800_000
+"""Characters of laws up to which controllers are added beside the missions' own."""
+
 LEARNING, DAMPING = "Learning rate of Eq. 54.", "Damping of the weights in Eq. 54."
 
 

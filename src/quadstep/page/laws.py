@@ -194,8 +194,8 @@ NEURONS = 16
 OFF_BIAS = -1e4
 """A neuron with this bias and no input weights puts out exactly zero."""
 
-ROOM, ROOM_FOR_GHOSTS = 1_200_000, 800_000
-"""Characters of laws that a page may hold, and those up to which controllers are added beside the missions' own."""
+ROOM = 1_200_000
+"""Characters of laws that a page may hold."""
 
 
 class PageNumbers(NamedTuple):
