@@ -128,10 +128,10 @@ def verbatim(text: str, under: str = "") -> str:
     lines = text.splitlines()
     wide = ' class="wide"' if 2 * sum(len(line) > COLUMN for line in lines) > len(lines) else ""
     shown = f'<pre{wide} tabindex="0">{escape(text)}</pre>'
-    return opened_by(under, shown) if under else shown
+    return disclosure(under, shown) if under else shown
 
 
-def opened_by(words: str, body: str) -> str:
+def disclosure(words: str, body: str) -> str:
     """Markup that opens at a click on these words."""
     return f"<details><summary>{escape(words)}</summary>{body}</details>"
 
@@ -232,7 +232,7 @@ def inline_figure(drawing: str, caption: str, coded: bool = False, set_as: Calla
     return f"{opened}{shown}<figcaption>{set_as(caption)}</figcaption></figure>"
 
 
-def folded(body: str, anchors: Collection[str]) -> str:
+def fold_sections(body: str, anchors: Collection[str]) -> str:
     """A body in which the sections with these anchors open at a click, also on their link; paper shows them."""
     first, *parts = SECTIONS.split(body)
     for anchor, part in zip(parts[::2], parts[1::2], strict=True):
@@ -248,7 +248,7 @@ def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "
     specialist reads, which open at a click.
     """
     body = "\n".join(sections)
-    places, body = HEADINGS.findall(body), folded(body, fold)
+    places, body = HEADINGS.findall(body), fold_sections(body, fold)
     contents = "".join(f'<a href="#{anchor}">{text}</a>' for anchor, text in places)
     contents = f'<nav class="contents" aria-label="Contents">{contents}</nav>' if len(places) >= FEWEST_HEADINGS else ""
     viewport = '<meta name="viewport" content="width=device-width, initial-scale=1">'

@@ -173,7 +173,7 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
         if verdict.kind is not VerdictKind.DISPROVED:
             sections.append(CLOSING)
         found = Evidence(
-            verdict.name, KIND, answered(verdict), verdict.says, {}, facts(verdict), drawn, sections, fold=("boxes",)
+            verdict.name, KIND, first_words(verdict), verdict.says, {}, facts(verdict), drawn, sections, fold=("boxes",)
         )
         write_beside(path, found.html(out), parents=True)
 
@@ -189,7 +189,7 @@ def sentence(text: str) -> str:
     return text[0].upper() + text[1:]
 
 
-def answered(verdict: ProofVerdict) -> str:
+def first_words(verdict: ProofVerdict) -> str:
     """The answer, the bounds of a position first where all are proved throughout."""
     bounds = [f"{row[-1]} along {row[0]}" for row in verdict.rows[:3]]  # of the flights that the next sentence names
     if verdict.kind is not VerdictKind.PROVED or verdict.columns[-1] != FROM_PATH or any(UNTIL in one for one in bounds):

@@ -235,7 +235,7 @@ def worst_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
         differs = text.differing(one, log, of.campaign) if log else ""
         pictures += [TableSection(text=differs)] * bool(differs)
     rest = "".join(one if isinstance(one, str) else one.html(of.out) for one in pictures[SEEN:])
-    return [*body, *pictures[:SEEN], *([markup.opened_by("The others", rest)] if rest else [])]
+    return [*body, *pictures[:SEEN], *([markup.disclosure("The others", rest)] if rest else [])]
 
 
 def moving(of: ReportSubject, flown: pa.Table, lost: NDArray[np.bool_], links: Mapping[int, str]) -> list[Section]:

@@ -216,13 +216,13 @@ def draw_gains(axes: Axes, request: TuningRequest, result: SearchResult) -> None
         values = [candidate.point[place] for candidate in best]
         style = LINES[place % len(LINES)]
         flights = [*(candidate.flights for candidate in best), last]
-        axes.step(flights, [*values, values[-1]], where="post", label=spanned(request, one), **style)
+        axes.step(flights, [*values, values[-1]], where="post", label=gain_range(request, one), **style)
     axes.set_ylim(-0.03, 1.03)
     axes.set_yticks([0.0, 1.0], ["low", "high"])
     axes.set_ylabel("best gain so far")
 
 
-def spanned(request: TuningRequest, one: TunedGain) -> str:
+def gain_range(request: TuningRequest, one: TunedGain) -> str:
     """A gain, its unit and its range."""
     return f"{label(request.mission, one.key).removeprefix('controller.')}: {one.range.low:.4g} to {one.range.high:.4g}"
 
