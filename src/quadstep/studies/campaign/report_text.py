@@ -131,10 +131,10 @@ def medians(summary: CampaignSummary) -> str:
 
 def over_key(key: str, shown: ByKey) -> str:
     """What to see of the flights over a key."""
-    shares = [one.value for one in shown.good.values()]
+    shares = list(dict.fromkeys(units.percent(edge(one.value for one in shown.good.values())) for edge in (min, max)))
     return (
-        f"Over {key}, from {units.percent(min(shares))} to {units.percent(max(shares))} of a group's flights succeed (left, "
-        "lines: 95 % intervals). Right: the position RMSE of those that complete, its median and its middle 80 %."
+        f"Over {key}, {' to '.join(shares)} of a group's flights succeed (left, lines: 95 % intervals). Right: the position "
+        "RMSE of those that complete, its median and its middle 80 %."
     )
 
 
