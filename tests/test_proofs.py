@@ -103,7 +103,7 @@ def test_gappa_rounds_each_operation_once():
     assert gappa(x * x + 0.5, "rnd", lines) == "t1"
     assert lines == ["t0 = rnd(x * x);", "t1 = rnd(t0 + 1b-1);"]
     assert decimal(Fraction(-3, 8)) == "-3b-3"
-    with pytest.raises(ValueError, match="no float"):
+    with pytest.raises(ValueError, match="not a float"):
         decimal(Fraction(1, 3))
 
 
