@@ -104,10 +104,11 @@ def random_axes(random: np.random.Generator, count: int, after: bool = False) ->
     return Axis(effect, lag, delay, cut, slope, p, i, d, attitude, period * same, target, error, after * same)
 
 
-def flown(axis: Axis, wanted: np.ndarray, noise=0.0, gust=0.0, seed=0, every=4, ring=None, stops=None, throttle=None):
+def flown(axis: Axis, wanted: np.ndarray, noise=0.0, gust=0.0, seed=0, every=4, ring=None, stops=None, throttle=None,
+          limit=math.inf):  # fmt: skip
     """Setpoint, filtered rate [rad/s] and command as logged, each (samples, n), every so many periods. wanted (samples, n):
     exogenous part of the rate setpoint. noise: of the gyro [rad/s], gust: disturbance [rad/s^2], standard deviations. ring,
-    stops: as in `Axis.opened`; throttle (samples,): over the usual one.
+    stops: as in `Axis.opened`; throttle (samples,): over the usual one; limit: the largest command that motors follow.
     """
     random = np.random.default_rng(seed)
     count, period, after = len(axis.p), axis.period, axis.after > 0.5
@@ -131,7 +132,7 @@ def flown(axis: Axis, wanted: np.ndarray, noise=0.0, gust=0.0, seed=0, every=4, 
         grown = integral + axis.i * period * e
         u = axis.p * e + np.where(after, grown, integral) + axis.d * slope
         integral = grown
-        waiting[k % 8] = u
+        waiting[k % 8] = np.clip(u, -limit, limit)
         speed += rotors * (waiting[(k - axis.delay) % 8, np.arange(count)] - speed)
         rate = rate + period * (axis.effect * speed + gust * random.normal(size=count))
         if ring is not None:

@@ -9,14 +9,16 @@ import pytest
 
 from quadstep.identify.changes import HIDDEN, WORTH, changed_parameters, changes, tuned
 from quadstep.identify.excited import excited
-from quadstep.identify.measured import measured
+from quadstep.identify.measured import MeasuredLoop, measured
 from quadstep.identify.plant import loop_margins, plant
 from quadstep.identify.rate_loops import ARDUPILOT, PX4
+from quadstep.identify.response import Crossing
 from quadstep.identify.symptoms import noise
 from quadstep.io.errors import UserError
 from quadstep.io.parameter_files import read_parameters
+from quadstep.metrics.statistics import Estimate
 from quadstep.report.sheet import sheet
-from quadstep.studies.advise import advise, evidence, expected_result, sentence
+from quadstep.studies.advise import advise, evidence, expected_result, next_steps, sentence
 from tests.challenge import setpoints, symptoms
 from tests.made_logs import rate_loop, ulog_of
 from tests.rate_flights import PERIOD, Axis, Ring, flown, stepped
@@ -348,6 +350,24 @@ def test_of_several_axes_that_a_log_tells_one_that_lacks_margin_is_advised(tmp_p
     assert found.answer.startswith(f"The loop of {'pitch' if weak else 'roll'} has")
     assert {*found.record["changes"]} == {"MC_PITCHRATE_K" if weak else "MC_ROLLRATE_K"}
     assert found.more[1].startswith(said)
+
+
+def test_margins_of_motions_that_took_motors_to_a_limit_are_said_to_be_those_and_no_more(tmp_path):
+    """Of a fragile loop, whose motors follow four tenths of the command, the interval misses the phase margin."""
+    angle = stepped(np.random.default_rng(3), 40.0)
+    r, y, u = (column[:, WEAK] for column in flown(axes(), angle[:, None] * axes().attitude, 5e-4, 0.1, limit=0.4))
+    path, told = tmp_path / "flight.ulg", parameters(WEAK)
+    control = np.full((len(u), 12), np.nan)
+    control[:, :4] = np.clip(0.5 + np.outer(u, [1.0, -1.0, 1.0, -1.0]) / 0.8, 0.0, 1.0)
+    path.write_bytes(rate_loop(r, y, u, STEP, told, actuator_motors=("float[12] control", control)))
+    found = advise(path, None, None, tmp_path / "out", False, sheet("svg"))
+    assert found.record["phase_margin[rad]"]["low"] > 1.4 * truth(WEAK)[1]
+    assert found.answer.startswith("Motors were at a limit for more than 1 % of the time: small motions may have less")
+    phase, up, down = (Crossing(Estimate(9.0, 8.0, 10.0), Estimate(one, one, one)) for one in (1.0, 4.0, 0.25))
+    calm = MeasuredLoop(phase, up, down, (), 1.0, 90.0)
+    assert (calm.grade, calm._replace(limited=True).grade) == ("sound", "unknown")
+    said = next_steps(excited(path, None), calm._replace(limited=True), None)[0]
+    assert said.endswith("but in motions that took motors to a limit: fly gentler ones. No change is advised.")
 
 
 def test_a_hover_in_gusts_is_no_excitation(tmp_path):

@@ -44,7 +44,8 @@ class MeasuredLoop(NamedTuple):
     and the gain margin is unknown. open: crossovers whose phase margin it does not tell. lowest, highest: excited [rad/s].
     floor: where `down` is unknown, how far the gain may fall at least [dB], None where that is unknown too. by_plant: whether
     the margins are those of the loop that a plant and the parameters make, as far as it goes beyond what was excited. hidden:
-    what may take them, None where that is not judged.
+    what may take them, None where that is not judged. limited: whether motors were often at a limit, where a loop does less
+    than in small motions.
     """
 
     phase: Crossing | None
@@ -56,6 +57,7 @@ class MeasuredLoop(NamedTuple):
     floor: float | None = None
     by_plant: bool = False
     hidden: HiddenResonance | None = None
+    limited: bool = False
 
     @property
     def gain_up(self) -> Estimate | None:
@@ -98,7 +100,9 @@ class MeasuredLoop(NamedTuple):
 
     @property
     def grade(self) -> str:
-        return SOUND if self.sound and not (self.by_plant or self.doubtful) else "fragile" if self.fragile else "unknown"
+        if self.sound and not (self.by_plant or self.doubtful or self.limited):
+            return SOUND
+        return "fragile" if self.fragile else "unknown"
 
     def gains(self, unit: str = "") -> tuple[str, str]:
         """How far the gain may grow, and fall [dB], in words."""

@@ -17,7 +17,7 @@ from quadstep.identify.plant import IdentifiedPlant, loop_margins
 from quadstep.identify.rate_loops import RateLoop
 from quadstep.identify.response import UNSURE
 from quadstep.identify.setpoint_response import faster
-from quadstep.identify.symptoms import symptoms
+from quadstep.identify.symptoms import OFTEN, saturation, symptoms
 from quadstep.io import __version__, files
 from quadstep.io.errors import UserError, errors_in
 from quadstep.io.parameter_files import FORMATS, Format
@@ -52,6 +52,7 @@ def advise(
     """
     flight = excited(path, columns)
     now, behind = loop_margins(flight)
+    now = now._replace(limited=any(one.shows for one in saturation(flight)))
     if now.phase is None:
         raise UserError(why_no_phase_margin(path, flight, now))
     identity = hashlib.sha256(files.read_bytes(path, files.LOG) + repr((columns, mission)).encode()).hexdigest()
@@ -249,6 +250,8 @@ def sentence(flight: Excited, now: MeasuredLoop) -> str:
     by = "By the plant that was fitted, the" if now.by_plant else "The"
     if flight.changed:
         by = f"{listed(flight.changed)} changed in this log, so these may be the margins of no single loop. {by}"
+    if now.limited:
+        by = f"Motors were at a limit for more than {100.0 * OFTEN:g} % of the time: small motions may have less margin. {by}"
     less = now.hidden and now.doubtful and now.gain_up and now.hidden.leaves < now.gain_up.high
     hidden = f", unless {now.hidden.words} leaves less" if now.hidden and less else ""
     return (
@@ -267,6 +270,8 @@ def next_steps(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Seq
     elif now.grade == SOUND:
         first = f"A sound loop has {asked}, and so does this one {where}"
         first += "" if now.hidden else "; a resonance beyond is not judged"
+    elif now.sound and not now.by_plant and now.limited:
+        first = f"It has the {asked} of a sound loop {where}, but in motions that took motors to a limit: fly gentler ones"
     elif now.sound and not now.by_plant and now.hidden:
         first = f"It has the {asked} of a sound loop {where}, but {less_left(now.hidden)}"
     else:
