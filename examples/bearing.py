@@ -49,8 +49,8 @@ class Bearing(Study[Borne]):
     def fold(self, flown: Flown) -> Borne:
         """Which flights succeed."""
         good = np.zeros(self.flights, dtype=bool)
-        for (first, past), flights in flown:
-            good[first:past] = flights[SUCCESS].to_numpy()
+        for chunk, flights in flown:
+            good[chunk.first : chunk.past] = flights[SUCCESS].to_numpy()
         return Borne(self.values, good)
 
     def evidence(self, found: Borne, out: Path, sheet: Sheet) -> Evidence:
