@@ -43,11 +43,16 @@ FLIGHTS = {
     "a nose that does not turn": (
         {"vehicle": X500, "path": {**CIRCLE, "yaw_rate": 0.6},
          "controller": {"type": "pid", "rate": [20.0, 20.0, 0.01], "rate_integral": 0.0}},
-        ["heading_error[rad]"],
+        ["heading_error[rad]", "shaking[rad]"],
     ),
     "over at once": (
         {"path": {**CASE_1, "duration": 0.5}, "simulation": {"duration": 0.5}},
         ["relative_error", "overturned[rad]", "error_growth"],
+    ),
+    "on its path, and shaking by 20 degrees": (
+        {"path": {**CASE_1, "duration": 3.0}, "controller": {"type": "completed-backstepping"},
+         "simulation": {"duration": 8.0}},
+        ["shaking[rad]"],
     ),
     "a slowly growing oscillation": (
         {"path": CASE_1, "controller": {"type": "backstepping", "K_r1": 1.2}},

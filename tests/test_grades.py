@@ -39,6 +39,7 @@ def limits(broken):
         "relative_error": 10,
         "heading_error[rad]": 30,
         "overturned[rad]": 90,
+        "shaking[rad]": 5,
         "saturated_share": 10,
         "error_growth": 2,
         "rate_growth": 2,

@@ -42,7 +42,7 @@ export interface Rule {
 
 export type Grade = "as asked" | "flew, but" | "lost";
 
-export type MeasureName = "rmse" | "largest" | "tilt" | "share" | "relative" | "heading" | "growth" | "rateGrowth" | "overturned" | "saturated";
+export type MeasureName = "rmse" | "largest" | "tilt" | "share" | "relative" | "heading" | "growth" | "rateGrowth" | "overturned" | "shaking" | "saturated";
 
 /** A guided walk. */
 export interface StoryData {

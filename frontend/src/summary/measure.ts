@@ -26,6 +26,8 @@ export interface Measures {
   readonly rateGrowth: number | undefined;
   /** The greatest tilt after it was first within 90 degrees of upright [rad]. */
   readonly overturned: number | undefined;
+  /** RMS swing of the thrust's axis, see quadstep/metrics/quantities.py, swings [rad]. */
+  readonly shaking: number | undefined;
   /** The share of the rows at which the rotors were at their limits. */
   readonly saturated: number | undefined;
 }
@@ -50,6 +52,7 @@ export function measure(flight: Flight, data: FlightData, given: Inputs | undefi
     tilt: tilts && greatest(tilts),
     overturned: tilts && overturned(tilts),
     rateGrowth: rates(flight),
+    shaking: shaking(flight),
     saturated: saturated(flight, data.summary, given),
     share,
     thrust,
@@ -86,6 +89,41 @@ function moving(wanted: readonly Float64Array[]): boolean {
 function rates(flight: Flight): number | undefined {
   const names = [["p", "q", "r"], ["psi_dot", "theta_dot", "phi_dot"]].find((some) => flight.has(...some));
   return names && flight.rows > 1 ? growth(lengths(names.map((name) => flight.column(name)!)), RATE_SCALE) : undefined;
+}
+
+const SWING = 0.25;
+const GRAVITY = 9.81;
+
+function shaking(flight: Flight): number | undefined {
+  const rows = flight.rows;
+  if (rows < 2) return undefined;
+  const span = flight.times[rows - 1]! - flight.times[0]!;
+  const half = Math.floor((SWING * (rows - 1)) / span);
+  const first = Math.max(rows >> 1, half);
+  const axis = thrustAxis(flight);
+  if (!axis || half < 2 || rows - half - first < 2 * half) return undefined;
+  const step = span / (rows - 1);
+  const asked = axis.map((_, i) => {
+    const path = flight.has("x_d", "y_d") ? flight.column(i ? "y_d" : "x_d")! : new Float64Array(rows);
+    return path.map((value, k) => (k > 0 && k < rows - 1 ? (path[k + 1]! - 2 * value + path[k - 1]!) / (step * step) / GRAVITY : 0));
+  });
+  const [swung, twice] = [axis, asked].map((parts) => rms(lengths(parts.map((values) => fromMean(values, half).subarray(first - half)))));
+  return Math.sqrt(Math.max(swung! * swung! - 2 * twice! * (2 * twice!), 0));
+}
+
+function thrustAxis(flight: Flight): Float64Array[] | undefined {
+  if (flight.has("q_w", "q_x", "q_y", "q_z")) {
+    const [w, x, y, z] = ["q_w", "q_x", "q_y", "q_z"].map((name) => flight.column(name)!) as [Float64Array, Float64Array, Float64Array, Float64Array];
+    return [x.map((value, i) => 2 * (value * z[i]! + w[i]! * y[i]!)), y.map((value, i) => 2 * (value * z[i]! - w[i]! * x[i]!))];
+  }
+  return flight.has("theta", "phi") ? [flight.column("theta")!, flight.column("phi")!] : undefined;
+}
+
+/** Each value less the mean of itself and `half` before and after it; of those that have so many. */
+function fromMean(values: Float64Array, half: number): Float64Array {
+  const all = new Float64Array(values.length + 1);
+  values.forEach((value, i) => (all[i + 1] = all[i]! + value));
+  return values.subarray(half, values.length - half).map((value, i) => value - (all[i + 2 * half + 1]! - all[i]!) / (2 * half + 1));
 }
 
 const PARTS = 8;

@@ -1,5 +1,6 @@
 """Quantities of a flight that metrics are made of: from the columns of its log, or from its loop while it flies."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
@@ -207,6 +208,44 @@ def tilt(flight: LoggedFlight) -> QuantityRows | None:
         return None
     cosines = np.clip(cosines, -1.0, 1.0)  # round-off beyond 1 counts as 1
     return rows(flight, {"tilt": "rad"}, ARRAYS.atan2(np.sqrt((1.0 - cosines) * (1.0 + cosines)), cosines))
+
+
+SWING = 0.25
+"""A swing is measured from the mean over so long before and after [s]."""
+
+GRAVITY = 9.81
+"""By which an acceleration becomes a tilt [m/s^2]."""
+
+AXES = ("q_w", "q_x", "q_y", "q_z"), ("theta", "phi")
+"""What says where thrust points, of a rigid body and of the paper's plant."""
+
+
+def swings(flight: LoggedFlight) -> QuantityRows | None:
+    """How far the thrust's axis is from its mean over half a second, and the same of the axis that the path's acceleration
+    asks for; in the second half of the flight.
+    """
+    t = flight.log.column("t")
+    half = math.floor(SWING * (len(t) - 1) / (t[-1] - t[0])) if len(t) > 1 else 0
+    first, last = max(len(t) // 2, half), len(t) - half
+    names = next((names for names in AXES if has(flight, *names)), None)
+    if names is None or half < 2 or last - first < 2 * half:
+        return None
+    axis = flight.log.table(*names)
+    if len(names) == 4:
+        w, x, y, z = axis.T
+        axis = np.column_stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x)])
+    asked = np.zeros((len(t), 2))
+    if has(flight, "x_d", "y_d"):
+        path, step = flight.log.table("x_d", "y_d"), (t[-1] - t[0]) / (len(t) - 1)
+        asked[1:-1] = (path[2:] - 2.0 * path[1:-1] + path[:-2]) / (step * step) / GRAVITY
+    lengths = [np.linalg.norm(from_mean(one, half)[first - half :], axis=1) for one in (axis, asked)]
+    return QuantityRows({"swing": "rad"}, np.column_stack(lengths), t[first:last])
+
+
+def from_mean(values: Numbers, half: int) -> Numbers:
+    """Each row less the mean of itself and `half` rows before and after it; of rows that have so many."""
+    sums = np.cumsum(np.concatenate([np.zeros((1, values.shape[1])), values]), axis=0)
+    return values[half : len(values) - half] - (sums[2 * half + 1 :] - sums[: -2 * half - 1]) / (2.0 * half + 1.0)
 
 
 def inputs(flight: LoggedFlight) -> QuantityRows | None:

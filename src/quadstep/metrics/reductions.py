@@ -173,6 +173,12 @@ def rms_share(rows: Numbers, _t: Numbers) -> list[float | None]:
     return [rmse(rows[:, 0]) / whole if whole > 0.0 else None]
 
 
+def rms_beyond_twice(rows: Numbers, _t: Numbers) -> list[float]:
+    """What the root mean square of the first entry has, in squares, beyond twice that of the second."""
+    swung, asked = rmse(rows[:, 0]), 2.0 * rmse(rows[:, 1])
+    return [math.sqrt(max(swung * swung - asked * asked, 0.0))]
+
+
 GROWTH_PARTS, GROWTH_FLOOR = 8, 1e-4
 """A flight is cut into so many equal parts; errors below this share of their scale do not grow."""
 

@@ -28,6 +28,7 @@ from quadstep.metrics.reductions import (
     length_of_mean,
     mean,
     overturned,
+    rms_beyond_twice,
     rms_share,
     settling,
 )  # fmt: skip
@@ -155,6 +156,8 @@ REPORTED = (
     LogMetric("largest_tilt", "largest angle between thrust and vertical", quantities.tilt, Largest.of),
     LogMetric("overturned", "largest tilt after the vehicle was first within 90 degrees of "
                             "upright", quantities.tilt, overturned),
+    LogMetric("shaking", "root mean square of the swing of the thrust's axis about its mean over half a second, in the second "
+                         "half, beyond twice what the path asks for", quantities.swings, rms_beyond_twice),
     LogMetric("{}.largest", "largest magnitude of an input", quantities.inputs, Largest.of),
     LogMetric("{}.total_variation", "sum of |changes| of an input from row to row", quantities.inputs, Variation.of),
     LogMetric("rotors.least", "smallest thrust of any rotor", quantities.rotors, least),

@@ -85,6 +85,7 @@ RULES = (
     Rule("heading_error[rad]", 0.5235987755982988, "off its heading", "its nose was {}° off its heading (more than 30°)",
         HALF_TURN),
     Rule("overturned[rad]", 1.5707963267948966, "overturned", "it tilted to {}° (more than 90°)", HALF_TURN),
+    Rule("shaking[rad]", 0.08726646259971647, "shaking", "its thrust axis kept swinging by {}° rms (more than 5°)", HALF_TURN),
     Rule("saturated_share", 0.1, "rotors saturated", "its rotors were saturated {} % of the time (more than 10 %)", 100.0),
     Rule("error_growth", 2.0, "error still growing", "its error was still growing at the end ({} times; more than 2)"),
     Rule("rate_growth", 2.0, "rates still growing", "its rates were still growing at the end ({} times; more than 2)"),

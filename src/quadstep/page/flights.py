@@ -178,7 +178,7 @@ def recorded(log: FlightLog, share: int) -> RecordedData:
 SUMMED_UP = {
     "rmse": "position_rmse[m]", "largest": "largest_error[m]", "tilt": "largest_tilt[rad]", "share": "largest_thrust_share",
     "relative": "relative_error", "heading": "heading_error[rad]", "growth": "error_growth", "rateGrowth": "rate_growth",
-    "overturned": "overturned[rad]", "saturated": "saturated_share",
+    "overturned": "overturned[rad]", "shaking": "shaking[rad]", "saturated": "saturated_share",
 }  # fmt: skip
 """The front end's name of each number that it sums a flight up with, and the metric that it equals."""
 
