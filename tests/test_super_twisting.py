@@ -96,8 +96,8 @@ def test_what_is_not_continued_says_which_of_the_users_files_has_changed(folder,
     with no_report():
         for name, command in commands.items():
             done(*command, "--out", out / name)
-    campaign = read_campaign(tmp_path / "campaign.toml")
-    with opened(out / "rare", campaign, resume=False, overwrite=False):
+    toml = tmp_path / "campaign.toml"
+    with opened(out / "rare", read_campaign(toml), resume=False, overwrite=False):
         pass
 
     def refused(said):
@@ -105,11 +105,11 @@ def test_what_is_not_continued_says_which_of_the_users_files_has_changed(folder,
             run = quadstep(*command, "--out", out / name)
             assert run.refused
             assert said in run.err
-        with pytest.raises(UserError, match=said), opened(out / "rare", campaign, resume=True, overwrite=False):
+        with pytest.raises(UserError, match=said), opened(out / "rare", read_campaign(toml), resume=True, overwrite=False):
             pass
 
     other.write_text("K = 1  # of no consequence\n")
-    with opened(out / "rare", campaign, resume=True, overwrite=False):
+    with opened(out / "rare", read_campaign(toml), resume=True, overwrite=False):
         pass
     other.write_text("K = 2\n")
     refused("constants.py has changed")

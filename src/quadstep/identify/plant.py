@@ -40,6 +40,11 @@ NARROW, NARROWEST = 0.01, 0.3
 1 % is twice as wide. Wider ones hide it, narrower ones are noise.
 """
 
+TAPER, NEIGHBOURS = 0.05, 8
+"""Share of the flight over which it fades in, and out, as the edges of a record would cover the noise; bands on either side of
+one, whose median it is compared with.
+"""
+
 TREND, FEWEST_BANDS = 3, 30
 """Degree of the polynomial that is taken from the noise's logarithm: a gyro's own noise is as smooth, a resonance is not; and
 fewest bands that tell.
@@ -130,19 +135,26 @@ def hidden_resonance(flight: Excited, control: Callable[[Complex], Complex], loo
     leaves.
     """
     omega = 2.0 * np.pi * np.fft.rfftfreq(len(flight.command), flight.period)
-    u, d = (np.fft.rfft(one - one.mean())[omega > flight.beyond] for one in (flight.command, flight.excitation))
-    omega = omega[omega > flight.beyond]
-    sensitivity = np.interp(omega, loop.omega, loop.sensitivity)
-    power = np.abs(u - sensitivity * d) ** 2
+    size, every = len(flight.command), omega > flight.beyond
+    omega = omega[every]
     width = np.maximum(NARROW * omega, 2.0 * np.pi * NARROWEST)
-    step = 2.0 * np.pi / (flight.period * len(flight.command))
-    bands = np.unique(np.floor(np.cumsum(step / width)), return_inverse=True)[1]
+    bands = np.unique(np.floor(np.cumsum(2.0 * np.pi / (flight.period * size) / width)), return_inverse=True)[1]
     if not len(bands) or bands[-1] < FEWEST_BANDS:
         return HiddenResonance(1.0, flight.beyond)
-    count = np.bincount(bands)
-    middle, level, left = (np.bincount(bands, one) / count for one in (omega, power, np.abs(sensitivity)))
-    stands = np.log(np.maximum(level, 1e-300) / np.abs(control(1j * middle.astype(np.complex128)) * left) ** 2)
-    stands -= np.polynomial.Polynomial.fit(np.log(middle), stands, TREND, w=np.sqrt(count))(np.log(middle))
+    count, sensitivity = np.bincount(bands), np.interp(omega, loop.omega, loop.sensitivity)
+    middle, left = (np.bincount(bands, one) / count for one in (omega, np.abs(sensitivity)))
+    made = np.abs(control(1j * middle.astype(np.complex128)) * left) ** 2
+
+    def noise(window: Floats) -> Floats:
+        u, d = (np.fft.rfft(window * (one - one.mean()))[every] for one in (flight.command, flight.excitation))
+        return np.log(np.maximum(np.bincount(bands, np.abs(u - sensitivity * d) ** 2) / count, 1e-300) / made)
+
+    ends = np.minimum(np.arange(size), np.arange(size)[::-1]) / (TAPER * size)
+    whole, tapered = noise(np.ones(size)), noise(np.sin(0.5 * np.pi * np.minimum(ends, 1.0)) ** 2)
+    stands = whole - np.polynomial.Polynomial.fit(np.log(middle), whole, TREND, w=np.sqrt(count))(np.log(middle))
+    near = np.median(np.lib.stride_tricks.sliding_window_view(tapered, 2 * NEIGHBOURS + 1), axis=1)
+    inner = slice(NEIGHBOURS, -NEIGHBOURS)
+    stands[inner] = np.maximum(stands[inner], tapered[inner] - near)
     return HiddenResonance(1.0 - float(np.exp(-0.5 * stands.max())), float(middle[stands.argmax()]))
 
 
