@@ -5,13 +5,21 @@ import json
 import re
 import socket
 import time
+from typing import get_args
 from urllib.parse import urlencode
 
 import pytest
 
+from quadstep.control.registry import controllers
+from quadstep.interfaces.controller import Measured
 from quadstep.io import user_code
 from quadstep.io.errors import UserError
+from quadstep.mission.derived import section_of
+from quadstep.mission.fields import Quantity
+from quadstep.mission.lagrange import LagrangeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.page import build
+from quadstep.page.folder import FILE_KEYS
 from quadstep.page.sharing import Access
 from quadstep.studies import classroom
 from quadstep.studies.class_server import MOST_AT_ONCE, class_server
@@ -27,6 +35,7 @@ from quadstep.studies.classroom import (
     fly_submission,
     submitted,
 )
+from quadstep.vehicle.paper import State
 from tests.commands import quadstep
 from tests.pages import STAND_IN, serving
 from tests.patience import PATIENCE
@@ -152,6 +161,39 @@ def test_no_submission_opens_a_connection(tmp_path, text):
     (tmp_path / "class.toml").write_text(CLASS.replace("<2>", "2"))
     with pytest.raises(UserError, match="cannot be flown by an autopilot"):
         submitted(text, Room(tmp_path / "class.toml", tmp_path).ground)
+
+
+def test_no_submission_reads_a_file_of_parameters(tmp_path):
+    (tmp_path / "mission.toml").write_text(AIRFRAME)
+    (tmp_path / "class.toml").write_text(CLASS.replace("<2>", "2"))
+    (tmp_path / "secret").write_text("the first line")
+    with pytest.raises(UserError, match="parameters: names a file, which a class does not read"):
+        submitted(
+            '[controller]\ntype = "px4-cascade"\nparameters = "secret"\n', Room(tmp_path / "class.toml", tmp_path).ground
+        )
+
+
+def test_every_key_of_a_mission_that_names_a_file_is_known():
+    """What strangers send is checked by these names: a key that is new, and says so, must be among them."""
+    laws = [section_of(law) for measures in (State, Measured) for law in controllers(measures).values()]
+    assert {one for kind in (LagrangeMission, MultirotorMission, *laws) for one in file_keys(kind)} == {"name", *FILE_KEYS}, (
+        "name is the file's own"
+    )
+
+
+def file_keys(kind):
+    """The keys below a section whose meaning is that of a file."""
+    for key, field in kind.model_fields.items():
+        if any(isinstance(note, Quantity) and re.search(r"\bfile\b|\.json", note.meaning) for note in field.metadata):
+            yield key
+        for inner in sections_in(field.annotation):
+            yield from file_keys(inner)
+
+
+def sections_in(kind):
+    if isinstance(kind, type):
+        return [kind] if hasattr(kind, "model_fields") else []
+    return [one for part in get_args(kind) for one in sections_in(part)]
 
 
 def test_an_endless_mission_ends_with_its_time(room, tmp_path):

@@ -25,6 +25,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.registry import AT_REST, Metrics
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.clock import MOST_ROWS
+from quadstep.mission.data_files import KEY as PARAMETERS
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.page.build import GROUP, build_page
@@ -270,10 +271,14 @@ def plan_again(content: object) -> OpenedMission:
         return OpenedMission(None, None, "its metrics.json does not describe a flight")
 
 
+FILE_KEYS = "file", "weights", PARAMETERS
+"""Keys of a mission, in whatever table, whose text is the name of a file that is read."""
+
+
 def names_files(content: object) -> bool:
     """Whether a mission names files to be read."""
     if isinstance(content, dict):
-        own = any(isinstance(content.get(key), str) for key in ("file", "weights"))
+        own = any(isinstance(content.get(key), str) for key in FILE_KEYS)
         return own or any(names_files(part) for part in content.values())
     return isinstance(content, list) and any(names_files(part) for part in content)
 
