@@ -219,6 +219,24 @@ def test_a_finger_drags_a_handle_down_and_the_page_stays(opened):
 
 
 @needs(CHROMIUM)
+@pytest.mark.parametrize(("motion", "button"), [("no-preference", "Stop"), ("reduce", "Play")])
+def test_a_figure_inside_another_page_stands_alone_and_flies(browsers, article_file, motion, button):
+    page = browsers[False].page()
+    page.emulate_media(reduced_motion=motion)
+    around = article_file.with_name("around.html")
+    around.write_text('<!doctype html><iframe src="article.html#nested" width="900" height="620"></iframe>')
+    page.goto(around.as_uri())
+    figure = page.frame_locator("iframe")
+    assert until(page, lambda: figure.locator("#nested .plain").text_content() == button)
+    assert figure.locator("figure:visible, h1:visible, h2:visible, p:visible").count() == 1
+    drawing, slider = (figure.locator(f"#nested {part}").first.bounding_box() for part in (".drawing", "input"))
+    assert slider["x"] > drawing["x"] + drawing["width"]  # beside it, not below
+    assert slider["y"] < drawing["y"] + 100
+    page.emulate_media(reduced_motion="reduce")
+    browsers[False].blank()
+
+
+@needs(CHROMIUM)
 @pytest.mark.parametrize(("width", "scheme"), [(1024, "light"), (360, "dark")])
 def test_axe_finds_nothing(opened, width, scheme):
     assert axe(opened(width, scheme)) == []

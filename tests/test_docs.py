@@ -164,6 +164,15 @@ def test_a_page_runs_from_the_top_down_and_says_what_failed(tmp_path):
     assert "nothing: No such file" in ran[5].output
 
 
+def test_rows_of_tables_have_the_cells_of_their_header():
+    for path in (*pages(), ROOT / "README.md"):
+        cells = None
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            found = len(re.findall(r"(?<!\\)\|", line)) if line.startswith("| ") or line.startswith("|--") else None
+            assert found is None or cells in (None, found), f"{name_of(path)}:{number}: | of a text begins a cell"
+            cells = found
+
+
 def test_every_mention_of_a_page_is_of_one_that_is_there():
     made = {f"docs/reference/{name}.md" for name in ("commands", "python", "equations", "files", *keys.FILES)}
     texts = [

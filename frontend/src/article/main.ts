@@ -8,6 +8,8 @@ import { net } from "./figures/net";
 import { sliding } from "./figures/sliding";
 import { startLighting } from "./legend";
 
+// Inside another page, a link to a figure shows that figure alone.
+if (window.top !== window && location.hash) document.documentElement.dataset["alone"] = "";
 startTheme();
 document.getElementById("theme")?.addEventListener("click", toggleTheme);
 startLighting();

@@ -69,7 +69,7 @@ class Energy(EffortMetric):
 
 @dataclass(frozen=True)
 class RotorActivity(EffortMetric):
-    """The sum of |changes| of all rotors' thrusts a second [N/s]."""
+    """The total absolute change of all rotors' thrusts per second [N/s]."""
 
     name: ClassVar[str] = "rotor_activity"
     unit: ClassVar[str] = "N/s"

@@ -159,10 +159,10 @@ REPORTED = (
     LogMetric("shaking", "root mean square of the swing of the thrust's axis about its mean over half a second, in the second "
                          "half, beyond twice what the path asks for", quantities.swings, rms_beyond_twice),
     LogMetric("{}.largest", "largest magnitude of an input", quantities.inputs, Largest.of),
-    LogMetric("{}.total_variation", "sum of |changes| of an input from row to row", quantities.inputs, Variation.of),
+    LogMetric("{}.total_variation", "total absolute change of an input from row to row", quantities.inputs, Variation.of),
     LogMetric("rotors.least", "smallest thrust of any rotor", quantities.rotors, least),
     LogMetric("rotors.largest", "largest thrust of any rotor", quantities.rotors, greatest),
-    LogMetric("rotors.activity", "sum of |changes| of all rotor thrusts per "
+    LogMetric("rotors.activity", "total absolute change of all rotor thrusts per "
                                  "second", quantities.rotors, activity, (REAL, OTHER),
            "N/s"),
     LogMetric("mean_thrust", "mean of the sum of the rotors' thrusts", quantities.total_thrust, mean, (REAL, OTHER)),
@@ -177,7 +177,7 @@ SCORED = (
     SummedMetric(RMSE, DISTANCE, "error", RmsLength),
     SummedMetric(LARGEST, FARTHEST, "error", LargestLength),
     SummedMetric("effort_{}", "root mean square of an input", "inputs", Rms),
-    SummedMetric("variation_{}", "sum of |changes| of an input from sample to sample", "inputs", Variation),
+    SummedMetric("variation_{}", "total absolute change of an input from sample to sample", "inputs", Variation),
     SummedMetric("largest_{}", "largest norm of a net's weights", "norms", Largest),
 )
 """In the order of a campaign's columns."""

@@ -35,13 +35,16 @@ export function nested(): void {
       play.textContent = playing ? "Stop" : "Play";
       if (playing) requestAnimationFrame(step);
     });
+    const alone = "alone" in document.documentElement.dataset;
     const step = (now: number): void => {
       if (!playing) return;
+      if (alone && now - playing > 10_000) playing = now; // two seconds at rest, and again
       time.set(Math.min((now - playing) / 1000, 8));
-      if (time.value >= 8) (playing = 0), (play.textContent = "Play");
+      if (time.value >= 8 && !alone) (playing = 0), (play.textContent = "Play");
       else requestAnimationFrame(step);
       redraw();
     };
+    if (alone && !window.matchMedia("(prefers-reduced-motion: reduce)").matches) play.click();
 
     return () => {
       const flown = fly("nested", {
