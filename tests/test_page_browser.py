@@ -89,6 +89,10 @@ def test_file_opens_offline_small_and_at_once(open_page, page_file):
     assert "Flew as asked for 40.0 s" in page.locator("#outcome").inner_text()
     assert page.locator("#conditions").inner_text() == "Theorem 5.1: 6 of 6 · repaired theorem: 1 of 1"
     assert "default-src 'none'" in page.locator("meta[http-equiv]").get_attribute("content")
+    sliders = page.locator("#controls input[type=range]:visible")
+    for part in (page.locator("#play"), *(sliders.nth(place) for place in range(3))):
+        box = part.bounding_box()  # within the first screen
+        assert box["y"] + box["height"] <= 900
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -270,6 +274,17 @@ def test_a_control_says_what_it_is_how_far_it_goes_and_what_it_was(open_page, br
     assert control.locator("input[type=range]:visible").get_attribute("aria-describedby") == control.locator(
         ".hint"
     ).get_attribute("id")
+
+
+def test_a_slider_reaches_a_value_beyond_what_it_was_made_for(open_page, brief_file):
+    page = open_page("#set=backstepping.K_r1:300,300,300", file=brief_file)
+    control = page.locator("#controls .control", has_text="Kr1").first
+    assert control.locator(".ends:visible span").last.inner_text() == "300"
+    assert control.locator("input[type=range]:visible").input_value() == "400"
+    assert "0.3 to 300 N s/m; " in control.locator(".hint").text_content().replace("\u00a0", " ")
+    page.evaluate("quadstep.setControl('K_r1', 3)")  # which does not move the ends under the finger
+    assert control.locator(".ends:visible span").last.inner_text() == "300"
+    assert 0 < int(control.locator("input[type=range]:visible").input_value()) < 200
 
 
 def test_back_goes_to_the_flight_before(open_page, brief_file):
@@ -475,6 +490,8 @@ def test_keyboard(open_page, brief_file):
     assert page.locator("html").get_attribute("data-theme") == "dark"
     page.keyboard.press("?")
     assert page.locator("#help").is_visible()
+    assert page.evaluate("document.activeElement.tagName") == "H2"
+    assert page.locator("[autofocus]").count() == 0  # which a frame refuses, and says so on the console
     page.keyboard.press("Escape")
     page.keyboard.press("n")
     assert "flight=another" in page.url

@@ -41,6 +41,15 @@ def test_a_symbol_in_a_title_is_set_as_in_a_legend(open_page):
     assert (heading.inner_text(), heading.locator("sub").inner_text()) == ("Filtered position error |r1|", "1")
     page.locator("#chooser summary").click()
     assert page.locator(".pickable:has-text('|r1|') sub").inner_text() == "1"
+    assert page.locator("#plot-weights .legend dt").first.inner_text() == "|W\u03021|"
+
+
+def test_an_angle_does_not_jump_by_a_turn(open_page):
+    page = open_page("#set=K_r2:6&set=Lambda2:0.5&set=disturbance:0")
+    assert not page.evaluate("quadstep.outcome()")["held"]
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    said = page.locator("#plot-attitude-error .on-paper text").all_text_contents()
+    assert "200" in said and "−200" not in said
 
 
 def test_the_numbers_of_an_axis_are_written_alike(open_page):
@@ -119,7 +128,7 @@ def test_plots_are_chosen_arranged_added_and_laid_over(open_page):
     page.click("#plot-attitude button[aria-label^='log axis']")
     for kind, columns, title in (
         ("time", ["u", "norm_r1"], "u, norm_r1"),
-        ("phase", ["x", "x_dot"], "xdot over x"),
+        ("phase", ["x", "x_dot"], "x\u0307 over x"),
         ("spectrum", ["theta"], "Spectrum of θ"),
     ):
         page.select_option("#own-kind", kind)

@@ -80,10 +80,13 @@ def test_a_step_waits_for_a_guess_then_flies_and_says_what_was_right(open_page, 
     page.click("#guide-start")
     assert page.locator(".guide-trial").is_hidden()
     assert page.locator(".guide-trial .guide-text").first.is_hidden()  # it answers the guess
+    assert page.locator("#controls").evaluate("one => one.inert")  # so would its sliders
+    assert page.locator("#waits").is_visible() == (width > 1180)
     assert axe(page) == []
     page.locator(".choice").nth(place).focus()
     page.keyboard.press("Enter")
     assert page.locator(".guide-trial").is_visible()
+    assert not page.locator("#controls").evaluate("one => one.inert") and page.locator("#waits").is_hidden()
     verdict = page.locator("#guess-verdict")
     assert verdict.inner_text().startswith(said) and "later" in verdict.inner_text()
     assert verdict.evaluate("one => one === document.activeElement")

@@ -97,12 +97,12 @@ function start(): void {
     board.show(shown);
     badge(byId("badge"), shown);
     if (another) {
-      story(byId("story"), page, shown, (panels) => {
+      story(byId("story"), byId("claims"), page, shown, (panels) => {
         pane("plots");
         board.point(panels);
       });
     }
-    byId("story").classList.toggle("stale", !shown.asFiled);
+    byId("claims").classList.toggle("stale", !shown.asFiled);
     before = data.id;
     if (!shown.dragged) address(fragment.write(settings, data, undefined, guide?.at.value), opened && !opening && another);
   });

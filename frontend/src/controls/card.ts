@@ -33,21 +33,21 @@ function typable({ low, high }: Control): string {
 
 let made = 0;
 
-/** A button and the line that it shows: what the control is, how far it goes, and what it was. */
-function about(control: Control): { button: HTMLElement; line: HTMLElement; original: number | null } {
+/** A button and the line that it shows: what the control is, how far it goes (told by `reaches`), and what it was. */
+function about(control: Control): { button: HTMLElement; line: HTMLElement; original: number | null; reaches: (reach: Control) => void } {
   const [first, ...others] = control.components.map(({ value }) => value);
   const original = others.every((value) => value === first) ? first! : null;
   const shown = (value: number): string => (control.kind === "toggle" ? (value ? "on" : "off") : join(plain(value), prose(plainUnit(control.unit))));
-  const reach = control.kind === "toggle" ? "" : `${plain(control.min)} to ${shown(control.max)}; ${typable(control)}. `;
+  const far = h("span");
   const file = original === null ? control.components.map(({ label, value }) => `${flat(label)} ${shown(value)}`).join(", ") : shown(original);
-  const line = h("p", { class: "hint", id: `about-${++made}`, hidden: true }, ...rich(closed(control.hint || "A number of the mission")), ` ${reach}Original: ${file}.`);
+  const line = h("p", { class: "hint", id: `about-${++made}`, hidden: true }, ...rich(closed(control.hint || "A number of the mission")), " ", far, `Original: ${file}.`);
   const button = h("button", { type: "button", class: "about", "aria-expanded": "false", "aria-controls": line.id, "aria-label": `About ${spoken(control.label)}` }, "?");
   button.addEventListener("click", (event) => {
     event.preventDefault(); // within a label it would switch as well
     line.hidden = !line.hidden;
     button.setAttribute("aria-expanded", String(!line.hidden));
   });
-  return { button, line, original };
+  return { button, line, original, reaches: ({ min, max }) => (far.textContent = `${plain(min)} to ${shown(max)}; ${typable(control)}. `) };
 }
 
 /** Whether components have words for names, not letters. */
@@ -76,7 +76,8 @@ function sliderCard(control: Control, tell: Tell): Card {
   const every = (value: number): number[] => values.map(() => value);
   const one = (i: number, value: number): number[] => values.map((old, k) => (k === i ? value : old));
 
-  const { button, line, original } = about(control);
+  const { button, line, original, reaches } = about(control);
+  let reach = control; // a value from a link, a step of the walk, or typed, may be beyond what the slider was made for
   const label = spoken(control.label);
   const all: Slider = slider(control, label, "", original, line.id, (v) => send(every(v), false), (v) => send(every(v), true));
   let each: Slider[] = []; // made once they are seen
@@ -115,10 +116,13 @@ function sliderCard(control: Control, tell: Tell): Card {
   });
   const refresh = (): void => {
     const equal = values.every((value) => value === values[0]);
+    const [min, max] = [Math.min(reach.min, ...values), Math.max(reach.max, ...values)];
+    if (min < reach.min || max > reach.max) reach = { ...reach, min, max };
+    reaches(reach);
     if (several && !equal) split = true;
     layout();
-    all.show(equal ? values[0]! : null);
-    each.forEach((part, i) => part.show(values[i]!));
+    all.show(equal ? values[0]! : null, reach);
+    each.forEach((part, i) => part.show(values[i]!, reach));
     mark();
   };
   return {

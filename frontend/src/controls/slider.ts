@@ -27,8 +27,8 @@ export function positionOfValue(control: Control, value: number): number {
 
 export interface Slider {
   readonly element: HTMLElement;
-  /** Shows a value; null: several that differ. */
-  show(value: number | null): void;
+  /** Shows a value; null: several that differ. within: the control, with the ends that the slider has from now on. */
+  show(value: number | null, within?: Control): void;
 }
 
 /** label: of the whole, for the reader's ear. original: the file's value, marked; null: several. about: the id of what explains it. moving: while it is dragged; chosen: when it is let go or typed. */
@@ -43,33 +43,40 @@ export function slider(
 ): Slider {
   const unit = plainUnit(control.unit);
   const named = { "aria-label": unit ? `${label} in ${prose(unit)}` : label, "aria-describedby": about };
-  const range = h("input", { type: "range", min: 0, max: FINE, step: stepOf(control), ...named });
+  const range = h("input", { type: "range", min: 0, max: FINE, ...named });
   const typed = h("input", { type: "text", inputmode: "decimal", spellcheck: "false", autocomplete: "off", ...named, size: 7 });
-  const ends = h("div", { class: "ends", "aria-hidden": "true" }, h("span", {}, plain(control.min)), h("span", {}, plain(control.max)));
+  const [least, most] = [h("span"), h("span")];
+  const ends = h("div", { class: "ends", "aria-hidden": "true" }, least, most);
   const track = h("div", { class: original === null ? "track" : "track marked" }, range, ends);
-  if (original !== null) track.style.setProperty("--original", String(positionOfValue(control, original) / FINE));
   const complaint = h("p", { class: "complaint", role: "status", hidden: true });
   const element = h("div", { class: "slider" }, short ? h("span", { class: "axis" }, short) : null, track, typed, h("span", { class: "unit" }, prose(unit)), complaint);
   let current: number | null = null;
+  let reach: Control | undefined;
 
-  const show = (value: number | null): void => {
+  const show = (value: number | null, within = reach ?? control): void => {
+    if (within !== reach) {
+      reach = within;
+      [least.textContent, most.textContent] = [plain(reach.min), plain(reach.max)];
+      range.step = String(stepOf(reach));
+      if (original !== null) track.style.setProperty("--original", String(positionOfValue(reach, original) / FINE));
+    }
     current = value;
     typed.value = value === null ? "" : plain(value);
     typed.placeholder = value === null ? "differ" : "";
     typed.title = value === null || plain(value) === exact(value) ? "" : exact(value);
     if (value !== null) {
-      range.value = String(positionOfValue(control, value));
+      range.value = String(positionOfValue(within, value));
       range.setAttribute("aria-valuetext", join(plain(value), unit));
       range.style.setProperty("--at", `${(Number(range.value) / FINE) * 100}%`);
     }
   };
   range.addEventListener("input", () => {
-    const value = hold(control, valueOfPosition(control, Number(range.value)));
+    const value = hold(control, valueOfPosition(reach ?? control, Number(range.value)));
     complaint.hidden = true;
     show(value);
     moving(value);
   });
-  range.addEventListener("change", () => chosen(hold(control, valueOfPosition(control, Number(range.value)))));
+  range.addEventListener("change", () => chosen(hold(control, valueOfPosition(reach ?? control, Number(range.value)))));
   typed.addEventListener("change", () => {
     const value = Number(typed.value.trim().replaceAll("−", "-").replace(",", "."));
     const usable = typed.value.trim() !== "" && Number.isFinite(value);

@@ -64,6 +64,21 @@ export class Flight {
   }
 }
 
+/** An angle [rad] that goes on where it jumped by a turn; itself if it never does. */
+export function unwrapped(angle: Float64Array): Float64Array {
+  let turns = 0;
+  let made: Float64Array | undefined;
+  for (let i = 1; i < angle.length; i++) {
+    const step = angle[i]! - angle[i - 1]!;
+    if (Math.abs(step) > Math.PI) {
+      turns -= Math.round(step / (2 * Math.PI));
+      made ??= angle.slice();
+    }
+    if (made) made[i] = angle[i]! + turns * 2 * Math.PI;
+  }
+  return made ?? angle;
+}
+
 /** The difference of two columns, row by row. */
 export function difference(a: Float64Array, b: Float64Array): Float64Array {
   return a.map((value, i) => value - b[i]!);

@@ -16,6 +16,7 @@ import { NET, NET_TITLE, NetFoot, netPanel } from "./net";
 import type { Panel } from "./panel";
 import { type Overlay, isZero, panelOf } from "./panels";
 import { Plot } from "./plot";
+import { offCommand } from "./offcommand";
 import { TimeWindow } from "./range";
 
 interface Offer {
@@ -119,7 +120,8 @@ export class Board {
       return net && netPanel(net, log ?? false);
     }
     const data = shown.data.panels.find((panel) => panel.id === id);
-    return data && panelOf({ ...data, log: log ?? data.log }, shown.flight, this.overlays(shown));
+    const panel = data && panelOf({ ...data, log: log ?? data.log }, shown.flight, this.overlays(shown));
+    return panel && id === "attitude" ? { ...panel, note: offCommand(shown) } : panel;
   }
 
   /** All that may be shown of a flight, and what is: new plots, those of its columns, and its net, which is not unless chosen. */

@@ -9,8 +9,8 @@ import { type Curve, DASHES, type Panel } from "./panel";
 
 const AXES = ["x", "y", "z"] as const;
 const HUES = ["blue", "orange", "green"] as const;
-const ROW = 20; // px
-const BARS = 46;
+const ROW = 18; // px
+const BARS = 36;
 const LEFT = 48; // as the plots above
 
 export const NET = "net";
@@ -28,7 +28,7 @@ export function netPanel(net: Net, logarithmic: boolean): Panel {
       { ...base, label: `${axis}, to cancel`, name: `${axis}, to cancel`, role: "desired", values: column(width - 3 + i) },
     ];
   });
-  const note = `The pale bands are the force that would cancel the disturbance. Below, at the cursor: the activity of each of the ${neurons} neurons, and its three weights.`;
+  const note = `Pale bands: the force that would cancel the disturbance. Below, at the cursor: the activity and the three weights of each of the ${neurons} neurons.`;
   const able = logarithmic && curves.some((curve) => curve.values.some((value) => value > 0));
   return { id: NET, title: "Force of the net", note, unit: "N", logarithmic: able, curves };
 }

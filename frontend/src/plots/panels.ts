@@ -1,7 +1,7 @@
 // The panels that Python asks for, as curves of the flight, the ghost and the wanted path.
 
 import type { PanelData } from "../data/contract";
-import { type Flight, difference } from "../data/flight";
+import { type Flight, difference, unwrapped } from "../data/flight";
 import { flat } from "../view/notation";
 import { type Curve, DASHES, type Hue, type Panel, type Role } from "./panel";
 
@@ -43,7 +43,8 @@ function valuesOf(flight: Flight, name: string, minus: string | null, absolute: 
   const column = flight.column(name);
   const other = minus === null ? undefined : flight.column(minus);
   if (!column || (minus !== null && !other)) return undefined;
-  const values = other ? difference(column, other) : column;
+  const turns = flight.unit(name) === "rad" ? unwrapped : (angle: Float64Array): Float64Array => angle;
+  const values = turns(other ? difference(column, other) : column);
   return absolute ? values.map(Math.abs) : values;
 }
 

@@ -30,7 +30,12 @@ export function help(): () => void {
   };
   const close = h("button", { type: "button", class: "plain" }, "Close");
   close.addEventListener("click", () => dialog.close());
-  dialog.append(h("h2", { tabindex: -1, autofocus: true }, "Keyboard, mouse and touch"), list(KEYS), list(HANDS), close);
+  const title = h("h2", { tabindex: -1 }, "Keyboard, mouse and touch");
+  dialog.append(title, list(KEYS), list(HANDS), close);
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
-  return () => (dialog.open ? dialog.close() : dialog.showModal());
+  return () => {
+    if (dialog.open) return dialog.close();
+    dialog.showModal();
+    title.focus(); // by itself: a frame refuses autofocus, and says so on the console
+  };
 }

@@ -18,6 +18,8 @@ const GREEK: Readonly<Record<string, string>> = {
   Sigma: "Σ",
 };
 
+const ACCENTS: Readonly<Record<string, string>> = { dot: "\u0307", ddot: "\u0308", hat: "\u0302", tilde: "\u0303" };
+
 export interface Piece {
   readonly text: string;
   readonly low: boolean;
@@ -40,8 +42,10 @@ export function pieces(text: string): Piece[] {
     const greek = Object.hasOwn(GREEK, name) ? GREEK[name]! : undefined;
     const isSymbol = greek !== undefined || ((name.length <= 2 || tail === "_d") && (digit !== "" || tail !== "") && !UNIT.test(name) && !PARAMETER.test(whole));
     if (!isSymbol) continue;
-    const low = [digit, ...tail.split("_")].filter(Boolean).map((part) => (Object.hasOwn(GREEK, part) ? GREEK[part]! : part));
-    found.push({ text: text.slice(done, match.index) + (greek ?? name), low: false });
+    const parts = [digit, ...tail.split("_")].filter(Boolean);
+    const accents = parts.map((part) => (Object.hasOwn(ACCENTS, part) ? ACCENTS[part]! : "")).join("");
+    const low = parts.filter((part) => !Object.hasOwn(ACCENTS, part)).map((part) => (Object.hasOwn(GREEK, part) ? GREEK[part]! : part));
+    found.push({ text: text.slice(done, match.index) + (greek ?? name) + accents, low: false });
     if (low.length) found.push({ text: low.join(" "), low: true });
     done = match.index + whole.length;
   }
@@ -80,7 +84,8 @@ export function flat(text: string): string {
 
 /** The same for the ear, which hears no underscore: K r1. */
 export function spoken(text: string): string {
-  return flat(text).replaceAll("_", " ");
+  const said = Object.entries(ACCENTS).reduce((words, [name, accent]) => words.replaceAll(accent, ` ${name}`), flat(text));
+  return said.replaceAll("_", " ");
 }
 
 /** The same, beginning with a capital where it begins with a word. */

@@ -56,6 +56,7 @@ export class Guide {
   close(): void {
     this.at.set(undefined);
     delete document.body.dataset["walking"];
+    this.wait(false);
     this.board.watch(undefined);
     const count = this.story.steps.length;
     const start = h("button", { type: "button", class: "primary", id: "guide-start" }, "Start the walk");
@@ -64,6 +65,12 @@ export class Guide {
       this.reveal();
     });
     fill(this.host, h("div", { class: "guide-card" }, h("h2", {}, this.story.title), h("p", {}, `A ${count}-step tour: in each step, move one control and watch one thing.`), start));
+  }
+
+  /** Until a guess is made nothing can be tried that answers it. */
+  private wait(waiting: boolean): void {
+    byId("waits").hidden = !waiting;
+    byId("controls").inert = waiting;
   }
 
   private build(step: StepData, place: number): void {
@@ -93,6 +100,7 @@ export class Guide {
     );
     const guessed = (verdict: HTMLElement): void => {
       trial.hidden = false;
+      this.wait(false);
       watch();
       const { settings } = this.session.shown.value!;
       this.session.apply({ ...settings, values: { ...settings.values, ...step.guess!.values } });
@@ -108,6 +116,7 @@ export class Guide {
       trial,
       h("div", { class: "guide-ways" }, button("Back", "guide-back", place - 1), again, place < last ? button("Next", "guide-next", place + 1) : button("Finish", "guide-finish", undefined)),
     );
+    this.wait(step.guess !== null);
     if (step.guess) this.board.watch(undefined);
     else watch();
   }

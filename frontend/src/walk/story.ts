@@ -7,8 +7,8 @@ import { closed, prose, rich, sentence } from "../view/notation";
 
 const VERDICTS = { holds: "Holds", fails: "Fails", open: "Open" } as const;
 
-/** look: bring plots forward. */
-export function story(host: HTMLElement, page: PageData, shown: Shown, look: (panels: readonly string[]) => void): void {
+/** host: of what it is; claimed: of what is claimed of it. look: bring plots forward. */
+export function story(host: HTMLElement, claimed: HTMLElement, page: PageData, shown: Shown, look: (panels: readonly string[]) => void): void {
   const { data, live } = shown;
   const claims = data.claims.flatMap((index) => page.claims[index] ?? []);
   fill(
@@ -17,6 +17,9 @@ export function story(host: HTMLElement, page: PageData, shown: Shown, look: (pa
     data.note ? h("p", { class: "lead" }, ...rich(data.note)) : null,
     !live ? h("p", { class: "why", id: "why-not" }, closed(data.whyNot || "Shown as recorded")) : null,
     ...data.warnings.map((warning) => h("p", { class: "why" }, ...rich(closed(`Warning: ${warning}`)))),
+  );
+  fill(
+    claimed,
     claims.length || data.facts.length ? h("p", { class: "stale-note" }, "You changed the settings; the text below still describes the original flight.") : null,
     claims.length ? h("div", { class: "claims" }, ...claims.map((claim) => card(claim, claims.length === 1, look))) : null,
     data.facts.length ? facts(data.facts) : null,

@@ -73,6 +73,10 @@ class Geometric(Controller):
     name = "geometric"
     label = "geometric tracking on SE(3)"
     source = "Lee, Leok, McClamroch 2010; Goodarzi, Lee, Lee 2013"
+    off_command = (
+        "the law takes its acceleration from its thrust alone, as if no drag balanced it, and so commands a turn as well; "
+        "the integral of its position error makes up for the difference"
+    )
     Gains = GeometricGains
 
     def start(self, measured: Measured, gains: GeometricGains) -> GeometricMemory:

@@ -140,6 +140,7 @@ class Lqr(Controller):
     name = "lqr"
     label = "linear quadratic regulator"
     source = "Bouabdallah, Noth, Siegwart 2004"
+    off_command = "the command leaves out how far the feedback leans the vehicle"
     Gains = LqrWeights
 
     def prepare(self, gains: LqrWeights, model: Model) -> LqrGains:

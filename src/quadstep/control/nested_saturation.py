@@ -78,6 +78,7 @@ class NestedSaturation(Controller):
     name = "nested-saturation"
     label = "nested saturations [11]"
     source = "Castillo, Lozano, Dzul 2005"
+    off_command = "the command leaves out how far the feedback leans the vehicle"
     Gains = NestedSaturationGains
     measures = State
 

@@ -238,4 +238,6 @@ def controller(section: ControllerSection, mission: Mission, plan: FlightPlan, f
     numbers = laws.add(flown)
     conditions = page_conditions(built.law, flown, mission.modelled.model())
     label = section.controller.label or section.type
-    return ControllerData(section.type, label, *numbers, tuple(sliders(section, built.gains)), conditions)
+    return ControllerData(
+        section.type, label, *numbers, tuple(sliders(section, built.gains)), conditions, section.controller.off_command
+    )

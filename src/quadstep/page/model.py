@@ -63,7 +63,9 @@ class ConditionData(NamedTuple):
 
 
 class ControllerData(NamedTuple):
-    """A law that can fly the flight. preset, tables: keys; overrides: (place, value) on top of the preset."""
+    """A law that can fly the flight. preset, tables: keys; overrides: (place, value) on top of the preset. off_command: of its
+    `Controller`.
+    """
 
     id: str
     label: str
@@ -74,6 +76,7 @@ class ControllerData(NamedTuple):
     start: tuple[float, ...]
     controls: tuple[Control, ...]
     conditions: tuple[ConditionData, ...]
+    offCommand: str = ""  # noqa: N815
 
 
 class Line(NamedTuple):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
+from quadstep.metrics.off_command import off_command
 from quadstep.metrics.registry import Metrics, group, metric, rest_of
 from quadstep.metrics.verdict import graded
 from quadstep.report import markup, units
@@ -34,7 +35,8 @@ def write_report(
     places = [("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")]
     sections: list[Section] = [markup.links(places)]
     if "position" in metrics:
-        said = f"Counted{counted}; figures show all of the flight." if counted else ""
+        said = f"Counted{counted}; figures show all of the flight. " if counted else ""
+        said += off_command(log, mission.controller.controller.off_command)
         sections.append(TableSection("Errors", "errors", HEADER, error_rows(metrics), said))
     if drawn[IN_SUMMARY:]:
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]

@@ -1,0 +1,53 @@
+"""Why an attitude stays off its command in wind: said where it does, by the report and on the page alike."""
+
+import re
+
+import pytest
+
+from quadstep.engines.fly import fly
+from quadstep.mission.read import read_mission
+from quadstep.page.build import fly_missions
+from quadstep.studies.flight_report import write_report
+from tests.commands import write
+from tests.needs import CHROMIUM, needs, package
+
+TEXT = """vehicle = {{ preset = "x500" }}
+path = {{ type = "minimum-jerk", end = [0.0, 0.0, 1.0], duration = 1.0 }}
+controller = {{ type = "{law}" }}
+wind = {{ mean = [{wind}, 0.0, 0.0] }}
+simulation = {{ duration = 6.0 }}
+"""
+
+SENTENCE = re.compile(r"In this wind pitch stays (\d+)° off its command on average: [^.<]*\.")
+
+
+def said(folder, law, wind):
+    """What the report of a flight says of it."""
+    mission = read_mission(write(folder, TEXT.format(law=law, wind=wind)))
+    log = fly(mission.plan(folder))
+    write_report(folder / "report.html", mission, log, mission.flight_metrics(log)[0], (), {})
+    return SENTENCE.search((folder / "report.html").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(
+    ("law", "wind", "off"), [("geometric", 6.0, 15), ("lqr", 6.0, 12), ("pid", 6.0, 0), ("geometric", 0.0, 0)]
+)
+def test_a_report_says_why_the_attitude_stays_off_its_command(tmp_path, law, wind, off):
+    found = said(tmp_path, law, wind)
+    assert (found is not None) == (off > 0)
+    assert found is None or abs(int(found[1]) - off) <= 2
+
+
+@pytest.fixture(scope="module")
+def page_file(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("page")
+    return write(folder, fly_missions([write(folder, TEXT.format(law="geometric", wind=6.0))]), "page.html")
+
+
+@needs(CHROMIUM)
+def test_the_page_says_the_same_and_no_more_once_the_wind_is_gone(open_page, tmp_path):
+    package("playwright")
+    page, found = open_page(), said(tmp_path, "geometric", 6.0)
+    assert page.locator("#plot-attitude .note").inner_text() == found[0]
+    page.evaluate("quadstep.setControl('wind', 0)")
+    assert page.locator("#plot-attitude .note").is_hidden()
