@@ -17,6 +17,7 @@ from quadstep.proofs.article import FLIGHTS, SHOWN, article, ball, body, mission
 from quadstep.proofs.certify.certificate import error_radius
 from quadstep.vehicle.paper import thrust_direction
 from tests.browsers import axe, until
+from tests.frontend import FRONTEND
 from tests.golden import FILE as GOLDEN
 from tests.needs import CHROMIUM, NODE, needs
 from tests.pages import run_node
@@ -60,9 +61,15 @@ def flown_in_node(path, changes):
     return logs, shown
 
 
+def source(name):
+    """Of a figure, in TypeScript."""
+    return (FRONTEND / "src" / "article" / "figures" / f"{name}.ts").read_text(encoding="utf-8")
+
+
 def words(text):
-    """The words that a reader reads, formulas as one."""
-    text = re.sub(r"<svg.*?</svg>|<table.*?</table>", " ", text, flags=re.DOTALL)
+    """The words of the text, formulas as one, without captions and questions."""
+    beside = r"<svg.*?</svg>|<table.*?</table>|<figcaption.*?</figcaption>|<details.*?</details>"
+    text = re.sub(beside, " ", text, flags=re.DOTALL)
     text = re.sub(r'<div class="equation".*?</div>', " ", text, flags=re.DOTALL)
     text = re.sub(r"<math.*?</math>", "x", text, flags=re.DOTALL)
     return re.sub(r"<[^>]+>", " ", text).split()
@@ -135,7 +142,7 @@ def test_explain_writes_one_file_and_replaces_no_other(tmp_path, capsys):
     out = tmp_path / "new" / "a.html"
     explain(out)
     explain(out)
-    assert "0.5" in capsys.readouterr().out
+    assert "0.49 MB" in capsys.readouterr().out
     assert [path.name for path in out.parent.iterdir()] == ["a.html"]
     other = tmp_path / "notes.html"
     other.write_text("mine")
@@ -179,7 +186,6 @@ def test_figures_follow_the_finger_and_the_keyboard_and_symbols_light_up(opened)
     page = opened(360)
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     assert page.locator("#inversion .name sub").all_inner_texts() == ["x", "y", "z"]
-    assert page.locator("#nested .legend sub").all_inner_texts() == ["d"]
     assert page.locator("#inversion .low").all_text_contents() == list("ddddd")
     assert not any("_" in said for said in page.locator(".drawing text").all_text_contents())
     for name in FIGURES:
@@ -196,8 +202,44 @@ def test_figures_follow_the_finger_and_the_keyboard_and_symbols_light_up(opened)
     page.mouse.move(x, y + 170, steps=4)
     page.mouse.up()
     assert until(page, lambda: "misses by" in page.locator("#inversion .drawing").text_content())
-    page.locator("#nested .key").first.press("Enter")
+    page.locator("#idea .s-e1").first.focus()
     assert page.evaluate("getComputedStyle(document.querySelector('#nested [data-s~=vel]')).opacity") == "0.16"
+
+
+@needs(CHROMIUM)
+def test_links_of_the_text_set_a_figure_and_sliders_reach_their_ends(opened):
+    page = opened(1024)
+    text = page.locator("#lyapunov .drawing")
+    assert "6.0 − 10 · 0.50 = 1.0 > 0: holds" in text.text_content()
+    page.locator("a[data-set^='Lambda2=15']").click()
+    assert until(page, lambda: "250.0 − 10 · 15.00 = 100.0 > 0: holds" in text.text_content())
+    page.locator("#lyapunov input").nth(1).press("Home")
+    assert until(page, lambda: "6.0 − 10 · 15.00 = −144.0: does not hold" in text.text_content())
+    assert page.locator("#lyapunov [data-s=ball]").count() == 0  # without a surplus there is none
+    page.locator("#lyapunov input").first.press("End")
+    assert page.locator("#lyapunov output").first.inner_text() == "15 /s"
+    page.locator("#lyapunov button", has_text="Reset").click()
+    assert until(page, lambda: "6.0 − 10 · 0.50 = 1.0 > 0: holds" in text.text_content())
+
+
+def test_links_of_the_text_name_sliders_that_are_there():
+    sliders = {name: set(re.findall(r'slider\(stage, "(\w+)"', source(name))) for name in FIGURES}
+    sliders["inversion"] = {"f_x", "f_y", "f_z"}
+    for figure, settings in re.findall(r'<a href="#(\w+)" data-set="([^"]+)"', body()):
+        assert {one.partition("=")[0] for one in settings.split()} <= sliders[figure]
+
+
+@needs(CHROMIUM)
+def test_a_drag_across_a_plot_moves_its_time(opened):
+    page = opened(1024)
+    page.locator("#nested").scroll_into_view_if_needed()
+    box = page.locator("#nested .drawing svg svg").first.bounding_box()
+    y = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + box["width"] / 8, y)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] / 2, y, steps=3)
+    page.mouse.up()
+    assert until(page, lambda: "t = 4.0" in page.locator("#nested .drawing").text_content())
 
 
 @needs(CHROMIUM)
@@ -227,7 +269,7 @@ def test_a_figure_inside_another_page_stands_alone_and_flies(browsers, article_f
     around.write_text('<!doctype html><iframe src="article.html#nested" width="900" height="620"></iframe>')
     page.goto(around.as_uri())
     figure = page.frame_locator("iframe")
-    assert until(page, lambda: figure.locator("#nested .plain").text_content() == button)
+    assert until(page, lambda: figure.locator("#nested .plain").first.text_content() == button)
     assert figure.locator("figure:visible, h1:visible, h2:visible, p:visible").count() == 1
     drawing, slider = (figure.locator(f"#nested {part}").first.bounding_box() for part in (".drawing", "input"))
     assert slider["x"] > drawing["x"] + drawing["width"]  # beside it, not below

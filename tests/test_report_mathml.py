@@ -35,7 +35,12 @@ def inside(latex):
         ("f'", '<mrow><mi>f</mi><mo lspace="0" rspace="0">′</mo></mrow>'),
         (r"\dot e_1", '<msub><mover accent="true"><mi>e</mi><mo stretchy="false">˙</mo></mover><mn>1</mn></msub>'),
         (r"\frac{1}{2}", "<mfrac><mrow><mn>1</mn></mrow><mrow><mn>2</mn></mrow></mfrac>"),
-        (r"\tfrac12 x", "<mfrac><mn>1</mn><mn>2</mn></mfrac><mi>x</mi>"),
+        (r"\tfrac12 x", '<mfrac displaystyle="false"><mn>1</mn><mn>2</mn></mfrac><mi>x</mi>'),
+        (
+            r"\hat W^T",  # the superscript as high as beside W alone
+            '<msup><mpadded height="0.66em"><mover accent="true"><mi>W</mi><mo stretchy="false">ˆ</mo></mover></mpadded>'
+            "<mrow><mi>T</mi></mrow></msup>",
+        ),
         (r"\sqrt N", "<msqrt><mi>N</mi></msqrt>"),
         (r"\text{if } a < b", "<mtext>if </mtext><mi>a</mi><mo>&lt;</mo><mi>b</mi>"),
         (r"\class{s-r}{r}", '<mrow class="s-r"><mrow><mi>r</mi></mrow></mrow>'),

@@ -15,6 +15,14 @@ export interface Box {
 /** A drawing less wide [px] has room for one thing in a line. */
 export const NARROW = 440;
 
+/** A curve with what is written beside it. */
+export interface Named {
+  readonly ys: ArrayLike<number>;
+  readonly said: string;
+  readonly look: string;
+  readonly symbol?: string;
+}
+
 const px = (value: number): string => String(Math.round(value * 10) / 10);
 
 export class Plot {
@@ -45,8 +53,8 @@ export class Plot {
       ...across.map((v, i) => `<path class="grid" d="M${px(left + this.x(v))} ${px(top)}v${px(height)}"/><text class="tick" text-anchor="middle" x="${px(left + this.x(v))}" y="${px(top + height + 15)}">${names[i]}</text>`),
       ...up.map((v, i) => `<path class="grid" d="M${px(left)} ${px(top + this.y(v))}h${px(width)}"/><text class="tick" text-anchor="end" x="${px(left - 6)}" y="${px(top + this.y(v) + 4)}">${heights[i]}</text>`),
     ];
-    const said = `<text class="axis" x="${px(left)}" y="${px(top - 7)}">${yName}</text>`;
-    const below = xName ? `<text class="axis" text-anchor="end" x="${px(left + width)}" y="${px(top + height + 30)}">${xName}</text>` : "";
+    const said = `<text class="axis" x="${px(left)}" y="${px(top - 7)}">${low(yName)}</text>`;
+    const below = xName ? `<text class="axis" text-anchor="end" x="${px(left + width)}" y="${px(top + height + 30)}">${low(xName)}</text>` : "";
     return `${grid.join("")}${said}${below}<svg x="${px(left)}" y="${px(top)}" width="${px(width)}" height="${px(height)}" overflow="hidden">${inside.join("")}</svg>`;
   }
 
@@ -62,7 +70,7 @@ export class Plot {
 
   /** The area between two curves. */
   area(xs: ArrayLike<number>, low: ArrayLike<number>, high: ArrayLike<number>, look: string, symbol = ""): string {
-    const edge = (ys: ArrayLike<number>): string[] => thin(Array.from(xs, (x, i) => `${px(this.x(x))} ${px(Math.min(Math.max(this.y(ys[i]!), -999), 9999))}`));
+    const edge = (ys: ArrayLike<number>): string[] => thin(Array.from(xs, (x, i) => `${px(this.x(x))} ${px(Math.min(Math.max(this.y(ys[i]!), -999), 9999))}`), 300);
     return xs.length ? `<path class="area ${look}"${lit(symbol)} d="M${[...edge(low), ...edge(high).reverse()].join("L")}Z"/>` : "";
   }
 
@@ -78,14 +86,28 @@ export class Plot {
     return `<path class="zero" d="M0 ${px(this.y(y))}H${px(this.box.width)}"/>`;
   }
 
-  note(x: number, y: number, text: string, look = "", anchor = "start"): string {
-    return `<text class="note ${look}" text-anchor="${anchor}" x="${px(this.x(x))}" y="${px(this.y(y))}">${text}</text>`;
+  /** What a curve is, written beside it; above it or below. */
+  label(x: number, y: number, said: string, look: string, symbol = "", above = true): string {
+    const [left, top] = [this.x(x), Math.min(Math.max(this.y(y) + (above ? -8 : 17), 13), this.box.height - 5)];
+    return text(Math.max(Math.min(left, this.box.width - 7 * said.length), 2), top, said, `label ${look}`, "start", symbol);
+  }
+
+  /** What each of two curves is, where they are farthest apart between two shares of the axis. */
+  labels(xs: ArrayLike<number>, curves: readonly [Named, Named], from = 0.03, to = 0.7): string {
+    const [a, b] = curves;
+    const gap = (i: number): number => Math.abs(this.y(a.ys[i]!) - this.y(b.ys[i]!));
+    let at = -1;
+    for (let i = 0; i < xs.length; i++) if (this.x(xs[i]!) >= from * this.box.width && this.x(xs[i]!) <= to * this.box.width && !(gap(i) <= gap(at))) at = i;
+    if (at < 0) return "";
+    if (gap(at) < 24) at = Math.round(0.45 * (xs.length - 1)); // they are one line anywhere
+    const upper = a.ys[at]! >= b.ys[at]!;
+    return [a, b].map(({ ys, said, look, symbol }, i) => this.label(xs[at]!, ys[at]!, said, look, symbol, (i === 0) === upper)).join("");
   }
 }
 
-/** Every so many of a curve's points, the last one always. */
-function thin(points: string[]): string[] {
-  const step = Math.max(1, Math.floor(points.length / 600));
+/** About so many of a curve's points, the last one always. */
+function thin(points: string[], many = 600): string[] {
+  const step = Math.max(1, Math.floor(points.length / many));
   return points.filter((_, i) => i % step === 0 || i === points.length - 1);
 }
 
@@ -109,17 +131,20 @@ export function arrow(x0: number, y0: number, x1: number, y1: number, look: stri
 }
 
 /** What stands after an underscore is set low. */
-export function text(x: number, y: number, said: string, look = "", anchor = "start"): string {
-  const set = said.replace(/_([\p{L}\d]+)([^_]*)/gu, '<tspan class="low" dy="3">$1</tspan><tspan dy="-3">$2</tspan>');
-  return `<text class="note ${look}" text-anchor="${anchor}" x="${px(x)}" y="${px(y)}">${set}</text>`;
+function low(said: string): string {
+  return said.replace(/_([\p{L}\d]+)([^_]*)/gu, '<tspan class="low" dy="3">$1</tspan><tspan dy="-3">$2</tspan>');
 }
 
-/** The least and the most of some columns, within limits and at least so far apart, with a margin. */
-export function span(columns: readonly ArrayLike<number>[], least: number, most: number, apart: number): Span {
+export function text(x: number, y: number, said: string, look = "", anchor = "start", symbol = ""): string {
+  return `<text class="note ${look}"${lit(symbol)} text-anchor="${anchor}" x="${px(x)}" y="${px(y)}">${low(said)}</text>`;
+}
+
+/** The least and the most of some columns, within limits and at least so far apart, with a margin, room for labels if more. */
+export function span(columns: readonly ArrayLike<number>[], least: number, most: number, apart: number, room = 0.06): Span {
   let [low, high] = [Infinity, -Infinity];
   for (const column of columns) for (const value of Array.from(column)) if (Number.isFinite(value)) [low, high] = [Math.min(low, value), Math.max(high, value)];
   if (low > high) return [-apart, apart];
   [low, high] = [Math.max(low, least), Math.min(high, most)];
-  const extra = Math.max(0.06 * (high - low), (apart - (high - low)) / 2);
+  const extra = Math.max(room * (high - low), (apart - (high - low)) / 2);
   return [low - extra, high + extra];
 }

@@ -2,51 +2,58 @@
 
 import { h } from "../view/dom";
 import { rich } from "../view/notation";
+import type { Stage } from "./figure";
 import { minus } from "./words";
 
 export interface Slider {
   readonly value: number;
   set(value: number): void;
+  /** The value at this share of the way from one to another, as the slider moves. */
+  between(from: number, to: number, share: number): number;
 }
 
-/** A slider with its name, value and unit; logarithmic if `log`. symbol: which formula lights up with it. */
+const STEPS = 200;
+
+/** A slider with its name, value and unit; logarithmic if `log`. key: what links in the text call it. */
 export function slider(
-  where: Element,
+  stage: Stage,
+  key: string,
   name: string,
   unit: string,
   [least, most, value]: readonly [number, number, number],
-  changed: () => void,
   log = false,
+  where: Element = stage.controls,
 ): Slider {
-  const inward = (x: number): number => (log ? Math.log(x) : x);
-  const outward = (x: number): number => (log ? Math.exp(x) : x);
-  const input = h("input", { type: "range", min: inward(least), max: inward(most), step: (inward(most) - inward(least)) / 200 });
+  const input = h("input", { type: "range", min: 0, max: STEPS, step: 1 });
   const shown = h("output", {});
+  const inward = (x: number): number => (log ? Math.log(x / least) / Math.log(most / least) : (x - least) / (most - least));
+  const outward = (share: number): number => (log ? least * (most / least) ** share : least + share * (most - least));
   let now = value;
   const show = (): void => {
     shown.textContent = `${minus(Number(now.toPrecision(3)))}${unit && ` ${unit}`}`;
     input.setAttribute("aria-valuetext", shown.textContent);
-    input.style.setProperty("--at", `${(100 * (inward(now) - inward(least))) / (inward(most) - inward(least))}%`);
+    input.style.setProperty("--at", `${100 * inward(now)}%`);
   };
-  const set = (to: number): void => {
-    now = Math.min(Math.max(to, least), most);
-    input.value = String(inward(now));
-    show();
-  };
-  input.addEventListener("input", () => {
-    now = Number(outward(Number(input.value)).toPrecision(3));
-    show();
-    changed();
-  });
-  const label = h("label", { class: "slider" }, h("span", { class: "name" }, ...rich(name)), input, shown);
-  where.append(label);
-  set(value);
-  return {
+  const made: Slider = {
     get value() {
       return now;
     },
-    set,
+    set(to) {
+      now = Math.min(Math.max(to, least), most);
+      input.value = String(STEPS * inward(now));
+      show();
+    },
+    between: (from, to, share) => outward(inward(from) + share * (inward(to) - inward(from))),
   };
+  input.addEventListener("input", () => {
+    now = Number(outward(Number(input.value) / STEPS).toPrecision(3));
+    show();
+    stage.redraw();
+  });
+  where.append(h("label", { class: "slider" }, h("span", { class: "name" }, ...rich(name)), shown, input));
+  made.set(value);
+  stage.sliders.set(key, made);
+  return made;
 }
 
 /** A choice between a few things, the first one at the beginning. */

@@ -1,9 +1,14 @@
 // A figure: what stands in the text as a still becomes live, as wide as it is shown, drawn at most once a picture.
 
+import type { Plot } from "./chart";
+import { type Slider, button } from "./controls";
+
 export interface Stage {
   /** The element that holds the drawing. */
   readonly drawing: HTMLElement;
   readonly controls: HTMLElement;
+  /** By the names that links in the text use: `<a href="#nested" data-set="Lambda2=3 time=1">`. */
+  readonly sliders: Map<string, Slider>;
   /** Its width now [px]. */
   readonly width: number;
   /** Asks for a drawing at the next picture. */
@@ -22,6 +27,7 @@ export function live(id: string, make: (stage: Stage) => Draw): void {
   const stage: Stage = {
     drawing,
     controls,
+    sliders: new Map(),
     get width() {
       return width;
     },
@@ -36,14 +42,46 @@ export function live(id: string, make: (stage: Stage) => Draw): void {
     },
   };
   const draw = make(stage);
+  const begun = new Map([...stage.sliders].map(([name, one]) => [name, one.value]));
+  const glide = glider(stage);
+  button(controls, "Reset", () => glide(begun));
+  for (const link of document.querySelectorAll<HTMLElement>(`a[data-set][href="#${id}"]`)) {
+    link.addEventListener("click", (event) => {
+      event.preventDefault();
+      drawing.scrollIntoView({ block: "nearest", behavior: calm() ? "instant" : "smooth" });
+      glide(new Map([...begun, ...link.dataset["set"]!.split(" ").map((one): [string, number] => [one.split("=")[0]!, Number(one.split("=")[1])])]));
+    });
+  }
   new ResizeObserver(() => {
     const now = Math.max(280, Math.floor(drawing.clientWidth));
     if (now !== width) [width] = [now], stage.redraw();
   }).observe(drawing);
 }
 
-/** Calls back with places of the drawing [px] while a finger or mouse drags over it. */
-export function dragged(stage: Stage, moved: (left: number, top: number, first: boolean) => boolean): void {
+const calm = (): boolean => matchMedia("(prefers-reduced-motion: reduce)").matches;
+
+/** Moves sliders to new values within half a second, so that one sees what changes; whoever takes a slider stops it. */
+function glider(stage: Stage): (to: ReadonlyMap<string, number>) => void {
+  let flight = 0;
+  for (const kind of ["input", "pointerdown"] as const) stage.controls.addEventListener(kind, () => flight++);
+  return (to) => {
+    const mine = ++flight;
+    const moves = [...to].map(([name, value]) => [stage.sliders.get(name)!, value] as const);
+    const from = moves.map(([one]) => one.value);
+    const begun = performance.now();
+    const step = (now: number): void => {
+      if (mine !== flight) return;
+      const share = calm() ? 1 : Math.min(Math.max((now - begun) / 500, 0), 1);
+      moves.forEach(([one, value], i) => one.set(share < 1 ? one.between(from[i]!, value, share * share * (3 - 2 * share)) : value));
+      stage.redraw();
+      if (share < 1) requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  };
+}
+
+/** Calls back with places of the drawing [px] while a finger or mouse drags over it. firm: the page does not scroll meanwhile. */
+export function dragged(stage: Stage, moved: (left: number, top: number, first: boolean) => boolean, firm = true): void {
   const place = (event: PointerEvent): readonly [number, number] => {
     const box = stage.drawing.getBoundingClientRect();
     return [event.clientX - box.left, event.clientY - box.top];
@@ -54,6 +92,21 @@ export function dragged(stage: Stage, moved: (left: number, top: number, first: 
     if (held) stage.drawing.setPointerCapture(event.pointerId), event.preventDefault();
   });
   stage.drawing.addEventListener("pointermove", (event) => void (held && moved(...place(event), false)));
-  stage.drawing.addEventListener("touchstart", (event) => void (held && event.preventDefault()), { passive: false }); // or it scrolls
+  if (firm) stage.drawing.addEventListener("touchstart", (event) => void (held && event.preventDefault()), { passive: false }); // or it scrolls
   for (const over of ["pointerup", "pointercancel"] as const) stage.drawing.addEventListener(over, () => (held = false));
+}
+
+/** A drag over a plot whose axis is time moves the time. */
+export function scrub(stage: Stage, time: Slider, plots: () => readonly Plot[]): void {
+  dragged(
+    stage,
+    (left, top, first) => {
+      const over = plots().find(({ box }) => !first || (left >= box.left - 8 && left <= box.left + box.width + 8 && top >= box.top && top <= box.top + box.height));
+      if (!over) return false;
+      time.set(Number(over.at(left, top)[0].toFixed(2)));
+      stage.redraw();
+      return true;
+    },
+    false,
+  );
 }

@@ -6,7 +6,7 @@ import { lyapunov } from "./figures/lyapunov";
 import { nested } from "./figures/nested";
 import { net } from "./figures/net";
 import { sliding } from "./figures/sliding";
-import { startLighting } from "./legend";
+import { startLighting } from "./lighting";
 
 // Inside another page, a link to a figure shows that figure alone.
 if (window.top !== window && location.hash) document.documentElement.dataset["alone"] = "";

@@ -20,7 +20,7 @@ OPERATORS = {
     "ldots": "…", "dots": "…", "cdots": "⋯", "Leftrightarrow": "⇔", "Rightarrow": "⇒", "succ": "≻", "ll": "≪", "gg": "≫",
     "partial": "∂", "circ": "∘", "colon": ":", "lbrace": "{", "rbrace": "}", "{": "{", "}": "}", "%": "%", "vert": "|",
 }  # fmt: skip
-ACCENTS = {"dot": "˙", "ddot": "¨", "dddot": "⃛", "hat": "^", "widehat": "^", "tilde": "~", "bar": "¯", "vec": "→"}
+ACCENTS = {"dot": "˙", "ddot": "¨", "dddot": "⃛", "hat": "ˆ", "widehat": "ˆ", "tilde": "˜", "bar": "¯", "vec": "→"}
 FUNCTIONS = frozenset(("sin", "cos", "tan", "arctan", "exp", "min", "max", "sup", "inf", "det", "log"))
 LARGE = {"int": "∫", "sum": "∑", "prod": "∏"}
 SPACES = {"quad": "1em", "qquad": "2em", ",": "0.17em", ";": "0.28em", ":": "0.22em", "!": "-0.17em", " ": "0.25em"}
@@ -150,6 +150,11 @@ class Reader:
                 low = self.group()
             else:
                 high += self.group()
+        if (
+            high and first.removeprefix("\\") in ACCENTS
+        ):  # as high as without it, or the superscript would stand above the accent
+            capital = re.search(r">[A-ZΓ-Ω0-9]<", base)
+            base = f'<mpadded height="{0.66 if capital else 0.47}em">{base}</mpadded>'
         over = first == r"\sum" and self.block
         kind = (
             ("under" if low else "") + ("over" if high else "") if over else ("sub" if low else "") + ("sup" if high else "")
@@ -201,7 +206,8 @@ class Reader:
         if name in ACCENTS:
             return f'<mover accent="true">{self.group()}<mo stretchy="false">{ACCENTS[name]}</mo></mover>'
         if name in ("frac", "tfrac"):
-            return f"<mfrac>{self.group()}{self.group()}</mfrac>"
+            small = ' displaystyle="false"' if name == "tfrac" else ""
+            return f"<mfrac{small}>{self.group()}{self.group()}</mfrac>"
         if name == "sqrt":
             return f"<msqrt>{self.group()}</msqrt>"
         return self.environment(name)

@@ -1,15 +1,14 @@
 // The inversion of Eqs 40 to 52: a force to drag in space, the vehicle that makes it, and the one that the print would fly.
 
-import { h } from "../../view/dom";
 import { arrow, lit, svg, text } from "../chart";
-import { button, slider } from "../controls";
+import { slider } from "../controls";
 import { tools } from "../data";
 import { dragged, live } from "../figure";
-import { legend } from "../legend";
 import { fixed } from "../words";
 
 type Point = readonly [number, number, number];
 
+const MOST = 12; // of each part of the force [N]
 const DEGREES = 180 / Math.PI;
 const [TURN, TILT] = [0.62, 0.38]; // of the camera [rad]
 const [RIGHT, AWAY] = [
@@ -20,38 +19,16 @@ const dot = (a: Point, b: Point): number => a[0] * b[0] + a[1] * b[1] + a[2] * b
 
 export function inversion(): void {
   live("inversion", (stage) => {
-    const { controls, redraw } = stage;
-    const most = 12;
-    const force = [
-      slider(controls, "f_x", "N", [-most, most, 4], redraw),
-      slider(controls, "f_y", "N", [-most, most, 3], redraw),
-      slider(controls, "f_z", "N", [-most, most, 9], redraw),
-    ] as const;
-    const ready = h("div", { class: "choice", role: "group", "aria-label": "Forces to try" });
-    controls.append(ready);
-    const go = (name: string, ...to: Point): void =>
-      void button(ready, name, () => {
-        to.forEach((value, i) => force[i]!.set(value));
-        redraw();
-      });
-    go("Hover", 0, 0, 9.81);
-    go("Below the horizon", 1, 2, -3);
-    go("Along x", 10, 0.1, 0.1);
-    legend(controls, [
-      ["force", "c-blue", "the desired force"],
-      ["u", "c-ink", "the vehicle that makes it"],
-      ["printed", "c-vermillion dashed", "with the printed roll"],
-    ]);
-
+    const force = (["f_x", "f_y", "f_z"] as const).map((name, i) => slider(stage, name, name, "N", [-MOST, MOST, [4, 3, 9][i]!]));
     let view = { x: 0, y: 0, scale: 1 };
     const place = (p: Point): readonly [number, number] => [view.x + dot(p, RIGHT) * view.scale, view.y - dot(p, AWAY) * view.scale];
-    const now = (): Point => [force[0].value, force[1].value, force[2].value];
+    const now = (): Point => force.map((one) => one.value) as unknown as Point;
     dragged(stage, (left, top, first) => {
       const [x, y] = place(now());
       if (first && Math.hypot(left - x, top - y) > 36) return false;
       const [across, up] = [(left - x) / view.scale, (y - top) / view.scale];
       force.forEach((one, i) => one.set(Number((one.value + across * RIGHT[i]! + up * AWAY[i]!).toFixed(2))));
-      redraw();
+      stage.redraw();
       return true;
     });
 
@@ -78,12 +55,13 @@ export function inversion(): void {
       const swing = Math.abs(((turned + 540) % 360) - 180);
       const width = stage.width;
       const height = Math.min(420, Math.max(330, 0.62 * width));
-      view = { x: width / 2, y: 0.56 * height, scale: Math.min(width / 23, height / 24) };
+      view = { x: width / 2, y: 0.55 * height, scale: Math.min(width / 23, height / 22) };
       const grid = [-9, -6, -3, 0, 3, 6, 9].map((at) => {
         const [[a, b], [c, d], [e, g], [h, k]] = [place([at, -9, 0]), place([at, 9, 0]), place([-9, at, 0]), place([9, at, 0])];
         return `<path class="grid" d="M${a.toFixed(1)} ${b.toFixed(1)}L${c.toFixed(1)} ${d.toFixed(1)}M${e.toFixed(1)} ${g.toFixed(1)}L${h.toFixed(1)} ${k.toFixed(1)}"/>`;
       });
-      const names = ([["x", [10.2, 0, 0]], ["y", [0, 10.2, 0]]] as const).map(([name, p]) => text(...place(p), name, "c-muted", "middle"));
+      const names = ([["x", [10.2, 0, 0]], ["y", [0, 10.2, 0]], ["z", [0, 0, 10.6]]] as const).map(([name, p]) => text(...place(p), name, "c-muted", "middle"));
+      const [, above] = place([0, 0, 10]);
       const [tipX, tipY] = place(f);
       const foot = place([f[0], f[1], 0]);
       const wrong = missed > 1e-6;
@@ -91,15 +69,18 @@ export function inversion(): void {
         width,
         height,
         ...grid,
+        `<path class="grid" d="M${view.x} ${view.y}V${above.toFixed(1)}"/>`,
         ...names,
         `<path class="zero" stroke-dasharray="2 4" d="M${tipX.toFixed(1)} ${tipY.toFixed(1)}L${foot[0].toFixed(1)} ${foot[1].toFixed(1)}L${view.x.toFixed(1)} ${view.y.toFixed(1)}"/>`,
         wrong ? craft(theta, printed, "ghost dashed c-vermillion", "printed") + vector(made, "dashed c-vermillion", "printed") : "",
-        craft(theta, phi, "c-ink", "u thd phid"),
-        vector(f, "c-blue", "force u"),
+        craft(theta, phi, "c-ink", "thd phid u"),
+        vector(f, "c-blue", "u force"),
+        text(tipX + 14, tipY - 8, "desired force F", "label c-blue", "start", "force"),
+        wrong ? text(...place(made.map((part) => 1.12 * part) as unknown as Point), "what the printed roll makes", "label c-vermillion", "middle", "printed") : "",
         `<circle class="handle c-blue" cx="${tipX.toFixed(1)}" cy="${tipY.toFixed(1)}" r="9"/>`,
         text(8, 18, `u_d = ${fixed(u, 2)} N, θ_d = ${fixed(theta * DEGREES, 1)}°, φ_d = ${fixed(phi * DEGREES, 1)}°`, "c-ink"),
-        text(8, 38, `0.1 N more along y turns φ_d by ${fixed(swing, swing < 10 ? 1 : 0)}°`, swing > 10 ? "c-orange" : "c-muted"),
-        text(8, 58, wrong ? `printed φ_d = ${fixed(printed * DEGREES, 1)}°: misses by ${fixed(missed, 2)} N` : "printed φ_d: the same", wrong ? "c-vermillion" : "c-muted"),
+        text(8, 38, `0.1 N more along y would turn φ_d by ${fixed(swing, swing < 10 ? 1 : 0)}°`, swing > 10 ? "c-orange" : "c-muted"),
+        text(8, 58, wrong ? `the printed φ_d = ${fixed(printed * DEGREES, 1)}° misses by ${fixed(missed, 2)} N` : "the printed φ_d is the same here", wrong ? "c-vermillion" : "c-muted"),
       );
     };
   });

@@ -1,10 +1,9 @@
 // Backstepping as nested commands: the vehicle, ghosts of what each step asks for, and the three pairs of curves.
 
-import { type Box, NARROW, Plot, arrow, lit, span, svg, text } from "../chart";
+import { type Box, NARROW, type Named, Plot, arrow, lit, span, svg, text } from "../chart";
 import { button, slider } from "../controls";
 import { each, fly } from "../data";
-import { live } from "../figure";
-import { legend } from "../legend";
+import { live, scrub } from "../figure";
 import { fixed } from "../words";
 
 const DEGREES = 180 / Math.PI;
@@ -18,17 +17,12 @@ function vehicle(x: number, y: number, theta: number, look: string, symbol = "")
 export function nested(): void {
   live("nested", (stage) => {
     const { controls, redraw } = stage;
-    const slope = slider(controls, "Λ₁, the outer loop", "1/s", [0.2, 3, 1], redraw, true);
-    const gain = slider(controls, "K_r1, the outer loop", "N s/m", [1, 12, 3], redraw, true);
-    const inner = slider(controls, "Λ₂, the inner loop", "1/s", [1.5, 30, 15], redraw, true);
-    const time = slider(controls, "time", "s", [0, 8, 0.1], redraw);
-    legend(controls, [
-      ["e1", "c-ink", "position and e₁"],
-      ["v", "c-blue dashed", "desired velocity"],
-      ["vel", "c-blue", "velocity"],
-      ["thd", "c-vermillion dashed", "desired lean θ_d"],
-      ["th", "c-vermillion", "lean θ"],
-    ]);
+    const slope = slider(stage, "Lambda1", "Λ_1, outer loop", "/s", [0.2, 3, 1], true);
+    const gain = slider(stage, "K_r1", "K_r1, outer loop", "N s/m", [1, 12, 3], true);
+    const inner = slider(stage, "Lambda2", "Λ_2, K_r2 = 16.7 Λ_2", "/s", [1, 30, 15], true);
+    const time = slider(stage, "time", "time", "s", [0, 8, 0.04]);
+    let plots: readonly Plot[] = [];
+    scrub(stage, time, () => plots);
     let playing = 0;
     const play = button(controls, "Play", () => {
       playing = playing ? 0 : performance.now() - 1000 * (time.value >= 8 ? 0 : time.value);
@@ -63,30 +57,39 @@ export function nested(): void {
       const [middle, left] = [96, 30 + 3.6 * scale];
       const at = (value: number): number => Math.min(Math.max(left + value * scale, 26), width - 26);
       const here = at(x[row]!);
+      const arrows = (name: string, value: number, up: number, look: string, symbol: string): string => {
+        const end = here + value * scale * 0.4;
+        return arrow(here, middle - up, end, middle - up, look, symbol) + text(Math.max(here, end) + 8, middle - up + 4, name, look, "start", symbol);
+      };
       const scene = [
         `<path class="ground" d="M0 150H${width}"/>`,
         vehicle(at(0), middle, 0, "ghost c-muted", "e1"),
-        text(at(0), middle + 34, "its place", "c-muted", "middle"),
+        text(at(0), middle + 34, "its place", "c-muted", "middle", "e1"),
         `<path class="gap c-ink"${lit("e1")} d="M${here.toFixed(1)} ${middle + 20}H${at(0).toFixed(1)}"/>`,
+        Math.abs(at(0) - here) > 60 ? text((here + at(0)) / 2, middle + 40, "e_1", "c-ink", "middle", "e1") : "",
         vehicle(here, middle, asked[row]! / DEGREES, "ghost dashed c-vermillion", "thd"),
+        Math.abs(asked[row]! - lean[row]!) > 3 ? text(here - 38, middle + 44, "desired lean", "c-vermillion", "start", "thd") : "",
         vehicle(here, middle, lean[row]! / DEGREES, "c-ink", "th"),
-        arrow(here, middle - 44, here + wish[row]! * scale * 0.4, middle - 44, "dashed c-blue", "v"),
-        arrow(here, middle - 32, here + speed[row]! * scale * 0.4, middle - 32, "c-blue", "vel"),
+        arrows("desired velocity v", wish[row]!, 50, "dashed c-blue", "v"),
+        arrows("velocity", speed[row]!, 35, "c-blue", "vel"),
         text(8, 18, `t = ${fixed(t[row]!, 2)} s`, "c-ink"),
-        text(width - 8, width < NARROW ? 36 : 18, `e₁ ${fixed(-x[row]!, 2)} m, r₁ ${fixed(wish[row]! - speed[row]!, 2)} m/s, lean late by ${fixed(asked[row]! - lean[row]!, 1)}°`, "c-muted", "end"),
+        flown.lost
+          ? text(width - 8, width < NARROW ? 33 : 18, `${flown.lost}: the curves end there`, "c-vermillion", "end")
+          : text(width - 8, width < NARROW ? 33 : 18, `e_1 ${fixed(-x[row]!, 2)} m, r_1 ${fixed(wish[row]! - speed[row]!, 2)} m/s, θ ${fixed(lean[row]!, 0)}°, θ_d ${fixed(asked[row]!, 0)}°`, "c-muted", "end"),
       ];
-      const box = (i: number): Box => ({ left: 46, top: 190 + i * 128, width: width - 58, height: 84 });
+      const box = (i: number): Box => ({ left: 46, top: 190 + i * 134, width: width - 58, height: 90 });
       const ends = [0, 8] as const;
-      const places = new Plot(box(0), ends, span([x, wanted], -6, 6, 1));
-      const speeds = new Plot(box(1), ends, span([speed, wish], -8, 8, 1));
-      const leans = new Plot(box(2), ends, span([lean, asked], -90, 90, 10));
+      plots = [new Plot(box(0), ends, span([x, wanted], -6, 6, 1, 0.25)), new Plot(box(1), ends, span([speed, wish], -8, 8, 1, 0.25)), new Plot(box(2), ends, span([lean, asked], -90, 90, 10, 0.25))];
+      const pair = (plot: Plot, xName: string, yName: string, flew: Named, wished: Named): string =>
+        plot.framed(xName, yName, plot.line(t, wished.ys, wished.look, wished.symbol), plot.line(t, flew.ys, flew.look, flew.symbol), plot.upright(t[row]!), plot.labels(t, [flew, wished]));
+      const [places, speeds, leans] = plots as [Plot, Plot, Plot];
       return svg(
         width,
-        190 + 2 * 128 + 84 + 36,
+        190 + 2 * 134 + 90 + 36,
         ...scene,
-        places.framed("", "position x [m], and where it should be", places.line(t, wanted, "dashed c-muted", "e1"), places.line(t, x, "c-ink", "e1"), places.upright(t[row]!)),
-        speeds.framed("", "velocity [m/s], and the desired one", speeds.line(t, wish, "dashed c-blue", "v r1"), speeds.line(t, speed, "c-blue", "vel r1"), speeds.upright(t[row]!)),
-        leans.framed("time [s]", "lean [°], and the desired one", leans.line(t, asked, "dashed c-vermillion", "thd"), leans.line(t, lean, "c-vermillion", "th"), leans.upright(t[row]!)),
+        pair(places, "", "position x [m]", { ys: x, said: "where it is", look: "c-ink", symbol: "e1" }, { ys: wanted, said: "where it should be", look: "dashed c-muted", symbol: "e1" }),
+        pair(speeds, "", "velocity [m/s]", { ys: speed, said: "velocity", look: "c-blue", symbol: "r1 vel" }, { ys: wish, said: "desired velocity v", look: "dashed c-blue", symbol: "r1 v" }),
+        pair(leans, "time [s]", "lean [°]", { ys: lean, said: "lean θ", look: "c-vermillion", symbol: "th" }, { ys: asked, said: "desired lean θ_d", look: "dashed c-vermillion", symbol: "thd" }),
       );
     };
   });

@@ -3,24 +3,18 @@
 import { Plot, lit, span, svg, text } from "../chart";
 import { choice, slider } from "../controls";
 import { data, fly } from "../data";
-import { live } from "../figure";
-import { legend } from "../legend";
+import { live, scrub } from "../figure";
 import { fixed } from "../words";
 
 export function net(): void {
   live("net", (stage) => {
-    const { controls, redraw } = stage;
-    const learning = slider(controls, "F₁, learning rate", "", [0.5, 100, 5], redraw, true);
-    const damping = slider(controls, "κ, forgetting", "", [0.001, 3, 0.01], redraw, true);
-    const scale = slider(controls, "disturbance, times", "", [0, 2, 1], redraw);
-    const time = slider(controls, "time", "s", [0, 10, 3], redraw);
-    const axis = choice(controls, "force along", ["x", "y", "z"], redraw);
-    legend(controls, [
-      ["mu", "c-green", "functions µᵢ"],
-      ["w", "c-orange", "weights Ŵᵢ"],
-      ["sum", "c-blue", "their sum Ŵᵀµ"],
-      ["true", "c-ink dashed", "the force it should equal"],
-    ]);
+    const learning = slider(stage, "F1", "F_1, learning rate", "", [0.5, 20, 5], true);
+    const damping = slider(stage, "kappa", "κ, forgetting", "", [0.001, 3, 0.01], true);
+    const scale = slider(stage, "scale", "disturbance, times", "", [0, 2, 1]);
+    const time = slider(stage, "time", "time", "s", [0, 10, 3]);
+    const axis = choice(stage.controls, "force along", ["x", "y", "z"], stage.redraw);
+    let plots: readonly Plot[] = [];
+    scrub(stage, time, () => plots);
 
     return () => {
       const flown = fly("net", {
@@ -39,19 +33,20 @@ export function net(): void {
       const ends = [0, 10] as const;
       const box = (top: number, height: number) => ({ left: 52, top, width: width - 64, height });
       const activity = new Plot(box(28, 110), ends, [0, 1]);
-      const bars = new Plot(box(194, 110), [0.5, count + 0.5], span(weights, -60, 60, 0.02));
-      const sum = new Plot(box(352, 150), ends, span([made, wanted], -40, 40, 0.2));
+      const bars = new Plot(box(190, 100), [0.5, count + 0.5], span(weights, -60, 60, 0.02));
+      const sum = new Plot(box(356, 150), ends, span([made, wanted], -40, 40, 0.2));
+      plots = [activity, sum];
       const bar = (i: number): string => {
         const [zero, top, wide] = [bars.y(0), bars.y(weights[i]![row]!), bars.x(1) - bars.x(0)];
-        return `<rect class="bar c-orange"${lit("w")} x="${(bars.x(i + 1) - wide * 0.3).toFixed(1)}" width="${(wide * 0.6).toFixed(1)}" y="${Math.min(zero, top).toFixed(1)}" height="${Math.max(0.5, Math.abs(top - zero)).toFixed(1)}"/>`;
+        return `<rect class="bar c-orange"${lit(`w n${i}`)} x="${(bars.x(i + 1) - wide * 0.3).toFixed(1)}" width="${(wide * 0.6).toFixed(1)}" y="${Math.min(zero, top).toFixed(1)}" height="${Math.max(0.5, Math.abs(top - zero)).toFixed(1)}"/>`;
       };
       return svg(
         width,
-        352 + 150 + 38,
-        activity.framed("", "activity µᵢ of each of the ten functions", ...neurons.map((one) => activity.line(t, one, "thin c-green", "mu")), activity.upright(t[row]!)),
-        bars.framed("", `weights Ŵᵢ along ${"xyz"[axis.value]} at ${fixed(t[row]!, 2)} s`, bars.level(0), ...neurons.map((_, i) => bar(i))),
-        sum.framed("time [s]", `force along ${"xyz"[axis.value]} [N]: the sum and the true one`, sum.level(0), sum.line(t, wanted, "dashed c-ink", "true"), sum.line(t, made, "c-blue", "sum"), sum.upright(t[row]!)),
-        flown.lost ? text(width - 12, 344, flown.lost, "c-vermillion", "end") : "",
+        356 + 150 + 38,
+        activity.framed("", "values of the ten functions µ_i", ...neurons.map((one, i) => activity.line(t, one, "thin c-green", `mu n${i}`)), activity.upright(t[row]!)),
+        bars.framed("function i", `their weights Ŵ_i along ${"xyz"[axis.value]} at ${fixed(t[row]!, 2)} s`, bars.level(0), ...neurons.map((_, i) => bar(i))),
+        sum.framed("time [s]", `force along ${"xyz"[axis.value]} [N]`, sum.level(0), sum.line(t, wanted, "dashed c-ink", "true"), sum.line(t, made, "c-blue", "sum"), sum.upright(t[row]!), sum.labels(t, [{ ys: wanted, said: `what it should equal, −A_${"xyz"[axis.value]}`, look: "c-ink", symbol: "true" }, { ys: made, said: "the net: Σ Ŵ_i µ_i", look: "c-blue", symbol: "sum" }], 0.03, 0.6)),
+        flown.lost ? text(width - 12, 349, `${flown.lost}: the curves end there`, "c-vermillion", "end") : "",
       );
     };
   });

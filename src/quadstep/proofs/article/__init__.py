@@ -122,6 +122,7 @@ def _radius(weights: Number, error: Number, kappa: Number) -> Number:
     return cast(Number, error_radius(weights, error, kappa, 1.0))
 
 
+QUOTE = re.compile(r"(?<!\w)'(.+?)'(?!\w)")
 TITLE = "Backstepping a quadrotor, explained"
 HERE = "quadstep.proofs.article"
 BODY = "<!--ARTICLE-->"
@@ -253,6 +254,7 @@ def errata(wrong: Mapping[str, Sequence[str]]) -> str:
     """A table of what is wrong: where, what is printed, what is right, and the numbers that show it."""
     columns = ("where", "printed", "what is wrong, what is right", "shown by")
     header = "".join(f'<th scope="col">{text}</th>' for text in columns)
+    wrong = {name: [QUOTE.sub("“\\1”", cell) for cell in cells] for name, cells in wrong.items()}
     rows = "".join(
         f'<tr><th scope="row">{rich(name)}</th>{"".join(f"<td>{typeset(dollars(cell))}</td>" for cell in cells)}</tr>'
         for name, cells in wrong.items()
