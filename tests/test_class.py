@@ -21,21 +21,21 @@ from quadstep.mission.multirotor import MultirotorMission
 from quadstep.page import build
 from quadstep.page.folder import FILE_KEYS
 from quadstep.page.sharing import Access
-from quadstep.studies import classroom
-from quadstep.studies.class_server import MOST_AT_ONCE, class_server
-from quadstep.studies.classroom import (
+from quadstep.studies import class_flight, classroom
+from quadstep.studies.class_flight import (
     LARGEST_FILE,
     MANIFEST,
     MEMORY,
-    SUBMISSION,
-    Room,
     SubmissionResult,
-    first_text,
     flown_apart,
     fly_submission,
     submitted,
 )
+from quadstep.studies.class_pages import first_text
+from quadstep.studies.class_server import MOST_AT_ONCE, class_server
+from quadstep.studies.classroom import ATTEMPTS, DRAFT, MOST_ATTEMPTS, SUBMISSION, Attempt, Room
 from quadstep.vehicle.paper import State
+from tests.browsers import axe
 from tests.commands import quadstep
 from tests.pages import STAND_IN, serving
 from tests.patience import PATIENCE
@@ -76,25 +76,24 @@ def test_gains_are_flown_in_the_class_s_mission_and_the_best_two_flights_are_kep
     values = [flown(room, f"[controller]\nK_r1 = {gain}\n").value for gain in (6.0, 8.0, 2.0)]
     member = next(iter(room.members.values()))
     assert values[0] > values[1] == values[2] > 0.0, "the worst flight changes nothing"
-    assert sorted(one.name for one in member.folder.iterdir()) == ["2", "3"]
+    assert sorted(one.name for one in member.folder.iterdir()) == ["2", "3", ATTEMPTS]
     content = json.loads((member.folder / "2" / MANIFEST).read_text())
     assert content["mission"]["controller"]["K_r1"] == [8.0] * 3
     assert content["mission"]["vehicle"]["mass"] == 1.2
     again = next(iter(Room(tmp_path / "class.toml", tmp_path / "out").members.values()))
-    assert (again.value, again.best, again.latest) == (member.value, 2, 3), "the board outlives the server"
+    assert (again.value, again.best.number, again.latest.number) == (member.value, 2, 3), "the board outlives the server"
+    assert again.attempts == member.attempts and len(again.attempts) == 3, "so does what became of each"
 
 
 def test_a_student_is_told_what_was_wrong_with_a_flight_that_was_not_lost(room):
-    assert flown(room, "[controller]\nK_r1 = 8.0\n").message == "Your submission was flown to its end."
+    assert flown(room, "[controller]\nK_r1 = 8.0\n").message == "Flown to its end, as asked."
     member = flown(room, "[controller]\nK_r1 = 0.3\n")
-    reasons = json.loads((member.folder / f"{member.latest}" / MANIFEST).read_text())["grade_reasons"]
+    reasons = json.loads((member.folder / f"{member.latest.number}" / MANIFEST).read_text())["grade_reasons"]
     assert reasons and member.message == f"Flew, but {', and '.join(reasons)}."
 
 
 def test_a_class_goes_on_where_a_student_s_folder_cannot_be_tidied(room):
     member = next(iter(room.members.values()))
-    flown(room, "[controller]\nK_r1 = 0\n")
-    assert not member.folder.exists(), "what is not flown leaves nothing"
     member.folder.write_text("in the way")
     said = flown(room, "[controller]\nK_r1 = 6.0\n").message
     assert said.startswith("This machine could not fly it:")
@@ -102,11 +101,14 @@ def test_a_class_goes_on_where_a_student_s_folder_cannot_be_tidied(room):
 
 
 def test_a_student_begins_with_the_gains_of_the_class(room):
-    text = first_text(room.mission, ("controller",))
+    text = first_text(room.mission, room.ground)
     assert "# K_r1 = 3.0                # N s/m; the theorem requires K_r1 > m Lambda1" in text
     assert submitted(text.replace("\n# ", "\n"), room.ground).controller.K_r1 == (3.0, 3.0, 3.0)
-    assert first_text(room.mission, ("controller.K_r1", "path")).splitlines()[2:] == [text.splitlines()[4]]
-    assert first_text(room.mission, ("path",)) == ""
+    assert first_text(room.mission, room.ground._replace(free=("controller.K_r1",))).splitlines()[2:] == [text.splitlines()[4]]
+    ground = room.ground._replace(free=("path",))
+    text = first_text(room.mission, ground)
+    assert "# path.duration = 1.0\n" in text and "controller" not in text
+    assert submitted(text.replace("# ", ""), ground).path == room.mission.path
 
 
 def test_a_whole_mission_is_taken_where_only_free_keys_differ(room):
@@ -146,7 +148,7 @@ def test_code_files_and_other_missions_are_refused_and_leave_nothing(room, tmp_p
     else:
         assert said in member.message
     assert not ran.exists()
-    assert not member.folder.exists()
+    assert not member.folder.exists() or [one.name for one in member.folder.iterdir()] == [ATTEMPTS]
     assert member.value is None
 
 
@@ -200,8 +202,8 @@ def test_an_endless_mission_ends_with_its_time(room, tmp_path):
     ground = room.ground._replace(free=("simulation", "path"))
     text = "[simulation]\nduration = 20000.0\nlog_period = 1.0\nstep = 0.0002\n"
     found = flown_apart(text, ground, tmp_path / "flight", 1.0)
-    assert found.message == "Your submission was not flown: it takes more memory, or more than 1 s of computing."
-    assert not found.flown
+    assert found.message == "Not flown: it takes more memory, or more than 1 s of computing."
+    assert not found.grade
 
 
 def hoards(text, ground, out):
@@ -227,10 +229,10 @@ def fails(text, ground, out):
     (fails, "it is not a mission that can be flown."),
 ])  # fmt: skip
 def test_each_limit_of_a_flight_says_which_it_is(room, tmp_path, monkeypatch, does, said):
-    monkeypatch.setattr(classroom, "fly_submission", does)
-    monkeypatch.setattr(classroom, "SLOWER", 1)
+    monkeypatch.setattr(class_flight, "fly_submission", does)
+    monkeypatch.setattr(class_flight, "SLOWER", 1)
     found = flown_apart("", room.ground, tmp_path / "flight", 1.0 if does is idles else PATIENCE)
-    assert found == SubmissionResult(f"Your submission was not flown: {said}")
+    assert found == SubmissionResult(f"Not flown: {said}")
     assert not (tmp_path / "flight").exists() or (tmp_path / "flight").stat().st_size == LARGEST_FILE
 
 
@@ -238,8 +240,8 @@ def test_a_class_that_is_restarted_says_what_it_kept(room, tmp_path):
     text = "[controller]\nK_r1 = 6.0\n"
     flown(room, text)
     ada, other = Room(tmp_path / "class.toml", tmp_path / "out").members.values()
-    assert ada.message == "The class was restarted: your flights were kept. What was still waiting has to be sent again."
-    assert (ada.text, ada.latest, ada.waits) == (text, 1, False)
+    assert ada.message == "The class was restarted: your attempts were kept. What was still waiting has to be sent again."
+    assert (ada.text, ada.latest.number, ada.waits) == (text, 1, False)
     assert other.message == "Nothing of yours has been flown yet."
 
 
@@ -248,6 +250,7 @@ def test_names_and_metrics_of_a_class_are_checked(tmp_path, monkeypatch):
     for content, said in (
         (CLASS, r"students\[1\]"),
         (CLASS.replace("Group <2>", "../up"), "students"),
+        (CLASS.replace("Group <2>", "ＡDA"), "'Ada' and 'ＡDA' are the same name to a reader"),
         (CLASS.replace("<2>", "2") + 'metric = "fame"\n', "'fame' is not a metric"),
         (CLASS.replace("<2>", "2") + "seconds = 0.0\n", "seconds"),
         (CLASS.replace("<2>", "2").replace("mission.toml", "none.toml"), "file not found"),
@@ -291,12 +294,13 @@ def test_a_student_submits_by_link_or_form_and_sees_the_board(room, port):
         (room.members[ada], "[controller]\n"),
         (room.members[other], "[controller]\nK_r1 = 3.0\n"),
     ]
-    room.members[other].counts(1, 0.0123)
+    room.members[other].counts("", SubmissionResult("", "flew, but", {room.ground.metric: 0.0123}))
     text = ask(port, "/", ada)[2]
-    assert re.search(r"<td>1</td><td>Group 2</td><td[^>]*>12.3.mm</td>", text)
+    assert re.search(r'<td>1</td><td>Group 2</td><td[^>]*>12.3.mm</td><td><b class="fair">.*? flew, but</b></td>', text)
     assert "Waiting to be flown" in text
     assert '<h2 id="submit">Submit</h2>' in text, "no level of headings is left out"
-    assert "the smallest position RMSE wins. You may change only controller." in text
+    assert "The smallest position RMSE wins. Lost flights are not ranked." in text
+    assert "You may change only controller" in text
     room.members[other].waits = False
     assert "[controller]\nK_r1 = 3.0\n</textarea>" in ask(port, "/", other)[2]
     assert ask(port, "/mission.toml", ada)[2] == MISSION
@@ -307,7 +311,7 @@ def test_nothing_of_others_and_nothing_else_is_sent(room, port):
     for member in room.members.values():
         (member.folder / "1").mkdir(parents=True)
         (member.folder / "1" / "page.html").write_text(f"page of {member.name}")
-        member.latest = 1
+        member.attempts = [Attempt(1, 0.0, f"text of {member.name}", "", "as asked", {})]
     assert ask(port, "/mine", ada)[2] == "page of Ada"
     assert ask(port, "/mine?student=Group%202", ada)[2] == "page of Ada"
     for path in (
@@ -317,14 +321,72 @@ def test_nothing_of_others_and_nothing_else_is_sent(room, port):
         "/.class",
         "/fly/Ada/1/",
         "//etc/passwd",
+        "/2/1/page.html",
+        "/1/1/page.html",
+        "/mine/2/page.html",
+        "/mine/1/flight.csv",
+        "/board.csv",
+        "/attempts.csv",
+        "/links.csv",
     ):
         assert ask(port, path, ada)[0] == 404, path
+    assert ask(port, "/mine/1/mission.toml", ada)[2] == "text of Ada"
     forged = ["", "0" * 32, ada[:-1], ada + "0", ada.upper(), "Ada", "é", "../" + ada]
     for token in forged:
         for path, body in (("/", None), ("/mine", None), ("/submit", "[controller]\n")):
             assert ask(port, path, token.encode("utf-8").decode("latin-1"), body)[0] == 403
     assert room.waiting.empty()
     assert ask(port, "/", ada, headers={"Host": "evil.example"})[0] == 421
+
+
+def test_the_teacher_sees_everybody_s_attempts_and_sends_none(room, port):
+    ada, other = room.members
+    room.members[other].counts('name = "<b>"', SubmissionResult("Lost at 1 s.", "lost", {room.ground.metric: 1e-9}))
+    text = ask(port, "/", room.teacher)[2]
+    assert "1 of 2 students have flown" in text and "nothing sent" in text and "Lost at 1 s." in text
+    assert ada not in text and other not in text, "a projector shows no student's link"
+    assert ask(port, "/2/1/mission.toml", room.teacher)[2] == 'name = "<b>"'
+    for path in (
+        "/0/1/mission.toml",
+        "/3/1/mission.toml",
+        "/1/1/mission.toml",
+        "/2/1/page.html",
+        "/mine",
+        "/mine/1/mission.toml",
+    ):
+        assert ask(port, path, room.teacher)[0] == 404, path
+    assert ask(port, "/submit", room.teacher, "[controller]\n")[0] == 403
+    assert ask(port, "/links.csv", room.teacher)[2].splitlines()[1] == f"Ada,http://127.0.0.1:{port}/?token={ada}"
+    assert ask(port, "/board.csv", room.teacher)[2].count("\n") == 1, "a lost flight is not ranked"
+    assert re.search(r"\nGroup 2,1,[-\dT:]+,,lost,Lost at 1 s.\n", ask(port, "/attempts.csv", room.teacher)[2])
+
+
+def test_a_student_chooses_a_controller_and_finds_an_earlier_text_again(room, port):
+    ada = next(iter(room.members))
+    assert [*room.laws][:2] == ["backstepping", "completed-backstepping"]
+    text = ask(port, "/laws", ada)[2]
+    assert '<a href="/?law=completed-backstepping#submit">' in text
+    assert "<td>more than 0</td>" in text
+    assert "type = &quot;completed-backstepping&quot;" in ask(port, "/?law=completed-backstepping", ada)[2]
+    assert "type = &quot;backstepping&quot;" in ask(port, "/?law=../x&again=9", ada)[2]
+    for gain in (5.0, 6.0):
+        room.members[ada].counts(f"# K_r1 = {gain} <", SubmissionResult("Refused."))
+    assert "# K_r1 = 5.0 &lt;</textarea>" in ask(port, "/?again=1", ada)[2]
+    assert "not flown" in ask(port, "/live", ada)[2]
+
+
+def test_the_record_of_attempts_has_an_end_and_keeps_the_best(room, tmp_path):
+    member = next(iter(room.members.values()))
+    for value in (1.0, *(2.0 for _ in range(MOST_ATTEMPTS + 3))):
+        member.counts("", SubmissionResult("", "as asked", {member.metric: value}))
+    assert [one.number for one in member.attempts[:2]] == [1, 5]
+    assert member.best.number == 1 and member.latest.number == MOST_ATTEMPTS + 4
+    (member.folder / DRAFT).mkdir()
+    assert len(next(iter(Room(tmp_path / "class.toml", tmp_path / "out").members.values())).attempts) == MOST_ATTEMPTS + 1
+    assert not (member.folder / DRAFT).exists(), "what was being flown when it stopped"
+    (member.folder / ATTEMPTS).write_text('[{"number": 1}]')
+    with pytest.raises(UserError, match="is not the record of a student's attempts"):
+        Room(tmp_path / "class.toml", tmp_path / "out")
 
 
 def test_tokens_differ_between_students_and_classes_and_stay(room, tmp_path):
@@ -396,7 +458,7 @@ def test_markup_in_a_submission_reaches_no_page(room, port):
     assert evil not in text
     flown(room, f'name = "{evil}"\n')
     ada, member = next(iter(room.members.items()))
-    assert member.latest == 1
+    assert member.latest.number == 2
     status, headers, text = ask(port, "/mine", ada)
     assert status == 200
     assert evil not in text
@@ -420,3 +482,29 @@ def test_one_address_cannot_keep_the_others_out(room, port):
             break
         except (ConnectionError, http.client.BadStatusLine):
             time.sleep(0.02)
+
+
+def test_a_student_s_page_follows_the_class_and_keeps_what_is_written(room, port, browsers):
+    ada, other = room.members
+    page, errors = browsers[False].page(), []
+    page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+    page.goto(f"http://127.0.0.1:{port}/?token={ada}")
+    assert axe(page) == []
+    page.fill("textarea", "[controller]\nK_r1 = 6.0\n")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    page.locator("#said", has_text="Waiting to be flown.").wait_for()
+    page.fill("textarea", "# the next one")
+    room.members[ada].waits, room.members[ada].message = False, "Flown."
+    room.members[other].counts("", SubmissionResult("", "as asked", {room.ground.metric: 0.01}))
+    page.locator("#board", has_text="as asked").wait_for()
+    page.locator("#said", has_text="Flown.").wait_for()
+    assert page.input_value("textarea") == "# the next one"
+    assert not errors
+    page.goto(f"http://127.0.0.1:{port}/laws")
+    page.click("summary")
+    assert axe(page) == []
+    page.context.clear_cookies()
+    page.goto(f"http://127.0.0.1:{port}/?token={room.teacher}")
+    page.click("summary")
+    assert axe(page) == []

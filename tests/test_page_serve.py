@@ -567,7 +567,7 @@ def test_a_card_says_what_its_report_answers(tmp_path):
     (tmp_path / "report.html").write_text(text)
     (found,) = results(tmp_path)
     assert found.says == "95 % of 200 flights are <fine>."
-    assert "<p>95 % of 200 flights are &lt;fine&gt;.</p>" in answer(tmp_path, "/").text
+    assert '<p class="says">95 % of 200 flights are &lt;fine&gt;.</p>' in answer(tmp_path, "/").text
     (tmp_path / "report.html").write_text("<p>Nothing of the kind.</p>")
     assert results(tmp_path)[0].says == ""
 

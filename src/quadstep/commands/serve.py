@@ -127,10 +127,16 @@ def serve(
     refuse("`quadstep serve` runs no code of users")
     allowed = access(host)
 
-    def open_class(links: dict[str, str]) -> None:
+    def open_class(links: dict[str, str], teacher: str) -> None:
         for name, link in links.items():
             say_whole(f"{name}: {link}")
-        say("Give each of them one link. Ctrl-C ends.")
+        say_whole(f"Your own page, for nobody else: {teacher}")
+        whom = (
+            "Give each of them one link" if allowed.shared else "Only this machine can open them; for others: --host 0.0.0.0"
+        )
+        say(f"{whom}. Ctrl-C ends.")
+        if show:
+            open_in_browser(teacher)
 
     def ready(link: str) -> None:
         say_whole(f"Results in {folder}: {link} (Ctrl-C ends)")

@@ -34,6 +34,9 @@ DROP = (
 """Where this machine's list takes a log."""
 
 
+LEGEND = "Pictures of flights: a solid line as flown, a dashed one as asked; a cross marks where a flight was lost."
+
+
 def part(name: str) -> str:
     """A file beside this one, as markup."""
     kind = "style" if name.endswith(".css") else "script"
@@ -47,7 +50,8 @@ def list_page(root: Path, folders: list[ResultFolder], share: str = "") -> str:
     else:
         cards = "".join(card(result) for result in sorted(folders, key=lambda one: -one.changed))
         together = '<a class="together" id="together" hidden>Compare the two</a>'
-        body = [bar(folders), f'<ul class="cards" id="cards">{cards}</ul>', together, part("results.js")]
+        legend = "" if all(one.kind != "Flight" for one in folders) else paragraph(LEGEND)
+        body = [bar(folders), legend, f'<ul class="cards" id="cards">{cards}</ul>', together, part("results.js")]
     drop = [] if share else [DROP, part("dropped.js")]
     return page_text(f"Results in {root.name or root}", [share, *body, *drop], "Results", part("results.css"))
 
@@ -77,6 +81,14 @@ def best(result: ResultFolder) -> str:
     return address(result, result.files[0])
 
 
+def facts_tile(result: ResultFolder) -> str:
+    """What a study's report begins with, in type that can be read: its figures are drawn for a page, not for a card."""
+    if "flight.csv" in result.files or not result.facts:
+        return ""
+    told = "".join(f"<span><b>{escape(value)}</b> {escape(what)}</span>" for what, value in result.facts)
+    return f'<span class="facts">{told}</span>'
+
+
 def picture(result: ResultFolder) -> str:
     """Its thumbnail: of a flight its path."""
     if "flight.csv" not in result.files and result.picture is None:
@@ -89,35 +101,48 @@ def picture(result: ResultFolder) -> str:
 MARKS = {"as asked": ("good", "✓"), "flew, but": ("fair", "!"), "lost": ("bad", "✕")}
 
 
-def mark(result: ResultFolder) -> str:
-    if result.grade not in MARKS:
+def grade_mark(grade: str) -> str:
+    """A grade with its sign, as markup; nothing where there is none."""
+    if grade not in MARKS:
         return ""
-    kind, sign = MARKS[result.grade]
-    return f' <b class="{kind}"><span aria-hidden="true">{sign}</span> {escape(result.grade)}</b>'
+    kind, sign = MARKS[grade]
+    return f'<b class="{kind}"><span aria-hidden="true">{sign}</span> {escape(grade)}</b>'
+
+
+LABELS = {
+    "page.html": "Live page", "report.html": "Report", "index.html": "Page", "report.md": "Report (text)",
+    "certificate.json": "Certificate (JSON)", "claims.json": "Claims (JSON)", "flight.csv": "Log (CSV)",
+    "metrics.json": "Numbers (JSON)",
+}  # fmt: skip
+"""What files are called in links; others by their name."""
+
+
+def file_label(name: str) -> str:
+    return LABELS.get(name) or re.sub("[-_]+", " ", name.removesuffix(".html")).capitalize()
 
 
 def card(result: ResultFolder) -> str:
     """One result: its picture and name lead to its page or report; then every file."""
     place = result.place.as_posix()
-    links = " ".join(f'<a href="{escape(address(result, name))}">{escape(name)}</a>' for name in result.files)
+    places = ((escape(address(result, name)), escape(file_label(name))) for name in result.files)
+    links = " ".join(f'<a href="{file}">{label}</a>' for file, label in places)
     try:
         written = time.strftime("%Y-%m-%d %H:%M", time.localtime(result.changed))
     except (ValueError, OverflowError):  # a time that no calendar has
         written = ""
-    said = [escape(result.says)] if result.says else []
-    if result.rmse is not None:
-        said.append(f"RMSE {units.quantity(result.rmse, 'm')}")
+    number = "" if result.rmse is None else f'<b class="value">RMSE {units.quantity(result.rmse, "m")}</b>'
     data = {
         "name": result.name, "place": place, "kind": result.kind, "changed": f"{result.changed:.0f}",
         "grade": result.grade, "rmse": "" if result.rmse is None else f"{result.rmse!r}",
     }  # fmt: skip
     attributes = " ".join(f'data-{key}="{escape(value)}"' for key, value in data.items())
-    href = escape(best(result))
+    href, shown = escape(best(result)), facts_tile(result) or picture(result)
     return (
-        f'<li {attributes}><a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{picture(result)}</a>'
+        f'<li {attributes}><a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{shown}</a>'
         '<div class="card">'
-        f'<span class="kind">{escape(result.kind)}{mark(result)}</span><h2><a href="{href}">{escape(result.name)}</a></h2>'
-        f'<p>{", ".join(said)}</p><p>{escape(place)} · {written}</p><div class="files">{links}</div>'
+        f'<p class="head"><span class="kind">{escape(result.kind)} {grade_mark(result.grade)}</span> {number}</p>'
+        f'<h2><a href="{href}">{escape(result.name)}</a></h2><p class="says">{escape(result.says)}</p>'
+        f'<p>{escape(place)} · {written}</p><div class="files">{links}</div>'
         f'<label><input type="checkbox" value="{escape(place)}"> compare</label></div></li>\n'
     )
 
@@ -154,7 +179,7 @@ def thumbnail(log: io.BufferedReader, lost: bool) -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDE:g} {HIGH:g}" fill="none" stroke-linecap="round" '
         f'stroke-linejoin="round">{"".join(lines)}<path d="{end}" {stroke}/>'
-        f'<text x="{WIDE - 4:g}" y="{HIGH - 5:g}" text-anchor="end" font-family="sans-serif" font-size="11" fill="#666">{said}'
+        f'<text x="{WIDE - 4:g}" y="{HIGH - 5:g}" text-anchor="end" font-family="sans-serif" font-size="13" fill="#666">{said}'
         "</text></svg>"
     )
 

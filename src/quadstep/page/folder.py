@@ -50,7 +50,7 @@ class ResultFolder(NamedTuple):
     place: below the folder that is served. says: how the flight ended, or what the report answers. changed: when its newest
     file was written, seconds since 1970. files: names of what can be opened, the best first. kind: what it is of. picture: a
     PNG of it, from there. rmse: of the position [m], of a flight that was not lost. grade: of a flight, as in
-    `quadstep.metrics.verdict`; empty if not known.
+    `quadstep.metrics.verdict`; empty if not known. facts: the first numbers of its report, what each is of and its value.
     """
 
     place: Path
@@ -62,6 +62,7 @@ class ResultFolder(NamedTuple):
     picture: str | None = None
     rmse: float | None = None
     grade: str = ""
+    facts: tuple[tuple[str, str], ...] = ()
 
 
 KINDS = {
@@ -76,6 +77,8 @@ REPORT, HEAD = "report.html", 100_000
 
 TITLE, KIND = re.compile(r"<title>(.*?)</title>", re.DOTALL), re.compile(r"<span>quadstep · (.*?)</span>")
 ANSWER, TAG = re.compile(r'<p class="answer">(.*?)</p>', re.DOTALL), re.compile(r"<[^>]*>")
+FACT = re.compile(r"<div><dt>(.{1,400}?)</dt><dd>(.{1,400}?)(?:<small>|</dd>)")
+MOST_FACTS = 2
 
 
 class ReportOpening(NamedTuple):
@@ -84,6 +87,7 @@ class ReportOpening(NamedTuple):
     title: str = ""
     kind: str = ""
     answer: str = ""
+    facts: tuple[tuple[str, str], ...] = ()
 
 
 PICTURES = (
@@ -128,7 +132,7 @@ def result_in(root: Path, folder: Path) -> ResultFolder | None:
     known_rmse = float(rmse) if isinstance(rmse, int | float) and 0.0 <= rmse < LARGEST_NUMBER else None
     return ResultFolder(
         folder.relative_to(root), title, ending_text(content) or begins.answer, max(found[name] for name in shown),
-        tuple(shown), kind, picture(folder, found), known_rmse, grade(content),
+        tuple(shown), kind, picture(folder, found), known_rmse, grade(content), begins.facts,
     )  # fmt: skip
 
 
@@ -185,8 +189,14 @@ def report_opening(report: Path) -> ReportOpening:
             head = file.read(HEAD)
     except OSError:  # gone meanwhile, or not ours to read
         return ReportOpening()
-    found = (one.search(head) for one in (TITLE, KIND, ANSWER))
-    return ReportOpening(*(unescape(TAG.sub("", one[1])) if one else "" for one in found))
+    found = [one.search(head) for one in (TITLE, KIND, ANSWER)]
+    title, kind, answer = (plain_text(one[1]) if one else "" for one in found)
+    facts = tuple((plain_text(one[1]), plain_text(one[2])) for one in islice(FACT.finditer(head), MOST_FACTS))
+    return ReportOpening(title, kind, answer, facts)
+
+
+def plain_text(markup: str) -> str:
+    return unescape(TAG.sub("", markup))
 
 
 def manifest(folder: Path) -> dict[str, Any]:

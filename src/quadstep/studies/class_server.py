@@ -1,24 +1,35 @@
 """`quadstep serve --class`: the board of a class, and what its students send.
 
-A student's token is in the link that the teacher gives out. Whoever has none sees nothing; who has one sees the board, the
-class's mission, and the page of the own latest flight. No request names a file or a student.
+A token is in the link that the teacher gives out. Whoever has none sees nothing; a student sees the board, the class's mission
+and the own attempts; the teacher sees everybody's. No request names a file: a flight is asked for by its student's place in
+the class and by its number.
 """
 
 import contextlib
+import re
 import threading
 from collections import Counter
 from collections.abc import Callable
-from html import escape
 from http import HTTPStatus
 from pathlib import Path
-from urllib.parse import parse_qs
+from urllib.parse import parse_qs, urlsplit
 
 from quadstep.io import files
-from quadstep.page.serve import KINDS, POLICY, Answer, Handler, Server, bound_server
+from quadstep.page.serve import KINDS, LISTED, SANDBOXED, Answer, Handler, Server, bound_server
 from quadstep.page.sharing import Access
-from quadstep.report import units
-from quadstep.report.markup import heading, page_text, paragraph, table
-from quadstep.studies.classroom import SUBMISSION, Member, Refusal, Room, first_text
+from quadstep.studies.class_flight import LOG_NAME, MISSION_NAME, PAGE_NAME
+from quadstep.studies.class_pages import (
+    FIELD,
+    Asked,
+    as_csv,
+    attempts_csv,
+    board_csv,
+    laws_page,
+    live,
+    student_page,
+    teacher_page,
+)
+from quadstep.studies.classroom import SUBMISSION, Member, Refusal, Room, same
 
 MOST_AT_ONCE = 8
 """Requests of one address that are answered at the same time."""
@@ -32,18 +43,8 @@ BUSY = (
 ENCODED = 3
 """How much longer a form is than its text, at most."""
 
-FIELD = "mission"
-FORM = (
-    f'<form method="post" action="/submit"><textarea name="{FIELD}" rows="12" wrap="off" spellcheck="false" '
-    'aria-label="Mission (TOML)">'
-    "{}</textarea><button>Submit</button></form>"
-)
-STYLE = """<style>
-textarea { width: 100%; font: 13px/1.5 monospace; padding: 10px 12px; }
-textarea, button { color: inherit; background: var(--panel); border: 1px solid var(--line); border-radius: 8px; }
-button { font: inherit; font-weight: 600; padding: 8px 18px; margin-top: 8px; cursor: pointer; }
-@media print { #submit, #submit ~ * { display: none; } }
-</style>"""
+FLIGHT = re.compile(rf"/(mine|[0-9]{{1,3}})/([0-9]{{1,9}})/({MISSION_NAME}|{PAGE_NAME}|{LOG_NAME})")
+"""Where a flight's files are: whose, of which attempt, and which file."""
 
 
 class ClassHandler(Handler):
@@ -75,11 +76,23 @@ class ClassHandler(Handler):
 
     def answer(self) -> Answer:
         wrong = None if self.access.shared else self.misdirected()
-        token = wrong or self.token(lambda given: self.room.member(given) is not None)
+        token = wrong or self.token(lambda given: self.room.member(given) is not None or same(given, self.room.teacher))
         if isinstance(token, Answer):
             return token
-        member = self.room.members[token]
-        return self.submitted(member) if self.command == "POST" else self.shown(member)
+        member = self.room.member(token)
+        if self.command == "POST":
+            return self.submitted(member) if member else refused(HTTPStatus.FORBIDDEN, "The teacher submits nothing.")
+        path = self.path.partition("?")[0]
+        shared = {  # the first is what browsers ask for of themselves
+            "/favicon.ico": lambda: Answer(HTTPStatus.NO_CONTENT, KINDS[".txt"]),
+            "/mission.toml": lambda: Answer(HTTPStatus.OK, KINDS[".toml"], self.room.text),
+            "/live": lambda: self.page(live(self.room, member)),
+        }
+        if path in shared:
+            return shared[path]()
+        if found := FLIGHT.fullmatch(path):
+            return self.flight(member, *found.groups())
+        return self.shown(member, path) if member else self.told(path)
 
     def submitted(self, member: Member) -> Answer:
         text = ""
@@ -88,29 +101,59 @@ class ClassHandler(Handler):
             self.room.submit(member, text)
         except Refusal as refusal:
             if "text/html" in self.headers.get("Accept", ""):
-                return self.board(member, refusal, text)
-            return Answer(refusal.status, KINDS[".txt"], f"{refusal}\n")
+                return self.page(student_page(self.room, member, Asked(refusal, text)), refusal.status)
+            return refused(refusal.status, str(refusal))
         return Answer(HTTPStatus.SEE_OTHER, KINDS[".txt"], "It will be flown.\n", headers={"Location": "/"})
 
-    def shown(self, member: Member) -> Answer:
+    def shown(self, member: Member, path: str) -> Answer:
         """The answer to what a student asks to see."""
-        path, page = self.path.partition("?")[0], member.folder / f"{member.latest}" / "page.html"
         if path in ("/", "/submit"):  # where a reader is whose submission was refused
-            return self.board(member)
-        if path == "/favicon.ico":  # what browsers ask for of themselves
-            return Answer(HTTPStatus.NO_CONTENT, KINDS[".txt"])
-        if path == "/mission.toml":
-            return Answer(HTTPStatus.OK, KINDS[".toml"], self.room.text)
-        if path == "/mine" and member.latest and files.is_file(page):
-            return Answer(HTTPStatus.OK, KINDS[".html"], file=files.opened(page, files.PAGE, links=False))
-        return Answer(HTTPStatus.NOT_FOUND, KINDS[".txt"], "There is nothing here. The board is at /\n")
+            query = parse_qs(urlsplit(self.path).query)
+            again, law = (query.get(key, [""])[0] for key in ("again", "law"))
+            return self.page(student_page(self.room, member, Asked(again=again, law=law)))
+        if path == "/laws":
+            return self.page(laws_page(self.room))
+        if path == "/mine" and member.latest:
+            return self.flight(member, "mine", f"{member.latest.number}", PAGE_NAME)
+        return refused(HTTPStatus.NOT_FOUND, "There is nothing here. The board is at /")
 
-    def board(self, member: Member, refusal: Refusal | None = None, text: str = "") -> Answer:
-        policy = POLICY.replace("form-action 'none'", "form-action 'self'")
-        status = refusal.status if refusal else HTTPStatus.OK
-        return Answer(
-            status, KINDS[".html"], board(self.room, member, refusal, text), headers={"Content-Security-Policy": policy}
+    def told(self, path: str) -> Answer:
+        """The answer to what the teacher asks to see."""
+        if path == "/":
+            return self.page(teacher_page(self.room))
+        tables = {"/board.csv": board_csv, "/attempts.csv": attempts_csv, "/links.csv": self.links_csv}
+        if path in tables:
+            return Answer(HTTPStatus.OK, KINDS[".csv"], f"\ufeff{tables[path](self.room)}")  # by which Excel knows UTF-8
+        return refused(HTTPStatus.NOT_FOUND, "There is nothing here. The board is at /")
+
+    def links_csv(self, room: Room) -> str:
+        own = f"http://{self.headers.get('Host', '')}/?token="  # the name by which the teacher reached it
+        links = student_links(room, self.access, self.port) if self.access.shared else {}
+        rows = [(one.name, links.get(one.name, f"{own}{token}")) for token, one in room.members.items()]
+        return as_csv(("student", "link"), rows)
+
+    def flight(self, member: Member | None, whose: str, number: str, name: str) -> Answer:
+        """A file of a flight: of the own for a student, of any for the teacher."""
+        others = list(self.room.members.values()) if member is None else []
+        of = (
+            member
+            if whose == "mine"
+            else others[int(whose) - 1]
+            if whose != "mine" and 0 < int(whose) <= len(others)
+            else None
         )
+        attempt = next((one for one in of.attempts if f"{one.number}" == number), None) if of else None
+        if of and attempt and name == MISSION_NAME:
+            return Answer(HTTPStatus.OK, KINDS[".txt"], attempt.text)
+        kept = of.folder / number / name if of and attempt else None
+        if kept and files.is_file(kept):
+            opened = files.opened(kept, files.PAGE if name == PAGE_NAME else files.LOG, links=False)
+            return Answer(HTTPStatus.OK, KINDS[kept.suffix], file=opened, headers={"Content-Security-Policy": SANDBOXED})
+        return refused(HTTPStatus.NOT_FOUND, "There is nothing here. The board is at /")
+
+    def page(self, text: str, status: HTTPStatus = HTTPStatus.OK) -> Answer:
+        policy = LISTED.replace("form-action 'none'", "form-action 'self'")
+        return Answer(status, KINDS[".html"], text, headers={"Content-Security-Policy": policy})
 
     def sent(self) -> str:
         """The text of a submission: the body, or the field of the form. Raises Refusal."""
@@ -128,31 +171,13 @@ class ClassHandler(Handler):
         raise Refusal(HTTPStatus.BAD_REQUEST, said)
 
 
-def board(room: Room, member: Member, refusal: Refusal | None = None, text: str = "") -> str:
-    """The page of a student as HTML, every text escaped. refusal, text: of a submission that is not taken."""
-    words, symbol = units.metric(room.ground.metric)
-    rows = [
-        [f"{place}", f"{one.name} (you)" if one is member else one.name, units.quantity(one.value or 0.0, symbol)]
-        for place, one in enumerate(room.board(), 1)
-    ]
-    best = "" if member.value is None else f"Your best: {units.quantity(member.value, symbol)}. "
-    mine = f'<p>{best}<a href="/mine">Your latest flight</a>, with a slider for every gain.</p>' if member.latest else ""
-    free = ", ".join(room.ground.free)
-    waits = member.waits and not refusal
-    again = '<meta http-equiv="refresh" content="3; url=/">' if waits else ""
-    written = text or member.text or first_text(room.mission, room.ground.free)
-    why = f"<b>Not taken: {escape(str(refusal))}</b>{' Your text is below.' if text else ''}"
-    body = [
-        f'<p role="alert">{why} <a href="/">Back to the board</a></p>' if refusal else "",
-        paragraph(f"{member.name}. {member.message}", escape), mine,
-        table(("", "student", words), rows, escape) if rows else paragraph("Nobody has flown it yet."),
-        heading("Submit", "submit"),
-        paragraph(f"All fly the same mission; the smallest {words} wins. You may change only {free}.", escape),
-        '<p>Remove the # before a gain and change it, or send a whole mission like <a href="/mission.toml">the '
-        "class's</a>; what you leave out is taken from there. Code is never run.</p>",
-        "" if waits else FORM.replace("{}", escape(written)),
-    ]  # fmt: skip
-    return page_text(room.mission.name, body, "Class", STYLE + again)
+def refused(status: HTTPStatus, sentence: str) -> Answer:
+    return Answer(status, KINDS[".txt"], f"{sentence}\n")
+
+
+def student_links(room: Room, access: Access, port: int) -> dict[str, str]:
+    """The link of each student by name."""
+    return {one.name: access._replace(token=token).link(port) for token, one in room.members.items()}
 
 
 def class_server(room: Room, port: int, access: Access) -> Server:
@@ -161,12 +186,15 @@ def class_server(room: Room, port: int, access: Access) -> Server:
     return bound_server(port, access.host, type("RoomHandler", (ClassHandler,), shared))
 
 
-def serve_class(file: Path, root: Path, port: int, access: Access, ready: Callable[[dict[str, str]], None]) -> None:
-    """Serve a class until interrupted. root: where its flights are kept. ready: told each student's link. Raises UserError."""
+def serve_class(file: Path, root: Path, port: int, access: Access, ready: Callable[[dict[str, str], str], None]) -> None:
+    """Serve a class until interrupted. root: where its flights are kept. ready: told each student's link, and the teacher's.
+    Raises UserError.
+    """
     root.mkdir(parents=True, exist_ok=True)
     room = Room(file, root)
     with class_server(room, port, access) as running:
         where = running.server_address[1]
-        ready({one.name: access._replace(token=token).link(where) for token, one in room.members.items()})
+        ready(student_links(room, access, where), access._replace(token=room.teacher).link(where))
         threading.Thread(target=room.work, daemon=True).start()
+        threading.Thread(target=lambda: room.laws, daemon=True).start()  # which takes a second
         running.serve_forever(poll_interval=0.2)

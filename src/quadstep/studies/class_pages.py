@@ -1,0 +1,263 @@
+"""What a browser shows of a class: to a student the board, the field and the own attempts; to the teacher everybody's."""
+
+import csv
+import io
+import json
+import time
+from collections.abc import Iterable
+from html import escape
+from importlib.resources import files
+from typing import NamedTuple
+
+from quadstep.interfaces.gain import Gain
+from quadstep.io.files import is_file
+from quadstep.mission.fields import dotted
+from quadstep.mission.listings import commented, learning_numbers, net_lines, rounded, written
+from quadstep.mission.schema import Mission
+from quadstep.page.cards import grade_mark
+from quadstep.report import units
+from quadstep.report.markup import Cell, disclosure, heading, page_text, paragraph, table
+from quadstep.studies.class_flight import LOG_NAME, MISSION_NAME, PAGE_NAME, Ground, is_free, no_value
+from quadstep.studies.classroom import Attempt, Member, Refusal, Room
+from quadstep.studies.tuning.gains import filled_in
+
+FIELD = "mission"
+
+
+def part(name: str) -> str:
+    """A file beside this one, as markup."""
+    kind = "style" if name.endswith(".css") else "script"
+    return f"<{kind}>{files('quadstep.studies').joinpath(name).read_text(encoding='utf-8')}</{kind}>"
+
+
+class Asked(NamedTuple):
+    """With what a student's field is filled. refusal, text: of a submission that is not taken. again: number of an attempt.
+    law: name of a controller.
+    """
+
+    refusal: Refusal | None = None
+    text: str = ""
+    again: str = ""
+    law: str = ""
+
+
+def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # noqa: B008 (frozen)
+    """The page of a student as HTML, every text escaped."""
+    free, words = ", ".join(room.ground.free), units.metric(room.ground.metric)[0]
+    why = f"<b>Not taken: {escape(str(asked.refusal))}</b>{' Your text is below.' if asked.text else ''}"
+    more = f', or <a href="/laws">another of {len(room.laws)} controllers</a>' if len(room.laws) > 1 else ""
+    body = [
+        f'<p id="refused" role="alert">{why} <a href="/">Back to the board</a></p>' if asked.refusal else "",
+        '<p id="offline" role="alert" hidden>The class does not answer. The board may be old; what you wrote stays here.</p>',
+        said(room, member),
+        '<div class="class"><section>', heading("Submit", "submit"),
+        f'<form method="post" action="/submit"><label for="text">Remove the # before a line, and change its number{more}. '
+        f'What you leave out is as in <a href="/mission.toml">the class\'s mission</a>. You may change only {escape(free)}; '
+        f'code is never run.</label><textarea id="text" name="{FIELD}" rows="16" wrap="off" spellcheck="false">\n'
+        f"{escape(field_text(room, member, asked))}</textarea>"
+        '<button>Submit</button> <span id="answer" role="status"></span></form>',
+        "</section><section>", heading("Board", "ranking"),
+        f"<p>The smallest {escape(words)} wins. Lost flights are not ranked.</p>", board(room, member), "</section></div>",
+        heading("Your attempts", "history"), attempts(member, "/mine"),
+        *gains_section(room),
+    ]  # fmt: skip
+    return page_text(room.mission.name, [*body, part("class.js")], "Class", part("class.css"))
+
+
+def gains_section(room: Room) -> list[str]:
+    """The gains of the class's own controller, if any may be changed."""
+    shown = gains_table(room.mission, room.ground.free)
+    return [heading(f"Gains of {room.mission.controller.type}", "gains", escape), shown] if shown else []
+
+
+def field_text(room: Room, member: Member, asked: Asked) -> str:
+    """What a student's field holds."""
+    chosen = next((one.text for one in member.attempts if f"{one.number}" == asked.again), "")
+    if asked.law in room.laws and not asked.text:
+        return first_text(room.laws[asked.law], room.ground)
+    return asked.text or chosen or member.text or first_text(room.mission, room.ground)
+
+
+def said(room: Room, member: Member) -> str:
+    """What a student is told: what came of the last submission, and the rank."""
+    waiting = f' data-waits="yes">{escape(member.message)}' if member.waits else f">{escape(member.message)}"
+    ranked = room.board()
+    rank = f": your best is {shown(room, member)}, rank {place(ranked, member)} of {len(ranked)}" if member in ranked else ""
+    return f'<div id="said" role="status"><p class="answer"{waiting}</p><p>{escape(member.name)}{rank}.</p></div>'
+
+
+def shown(room: Room, member: Member) -> str:
+    return "" if member.value is None else units.quantity(member.value, units.metric(room.ground.metric)[1])
+
+
+def place(ranked: list[Member], member: Member) -> int:
+    """The same for equal values."""
+    return 1 + sum((one.value or 0.0) < (member.value or 0.0) for one in ranked)
+
+
+def board(room: Room, me: Member | None = None) -> str:
+    """Who is best; to the teacher, for whom `me` is None, also who has sent nothing."""
+    ranked = room.board()
+    others = [one for one in room.members.values() if one not in ranked and (me is None or one.latest)]
+    rows: list[list[Cell]] = []
+    for one in [*ranked, *others]:
+        shown_attempt = one.best or one.latest or (one.attempts[-1] if one.attempts else None)
+        name = escape(one.name) if me else f'<a href="#{anchor(room, one)}">{escape(one.name)}</a>'
+        cells = (when(shown_attempt.at), grade(shown_attempt)) if shown_attempt else ("", "nothing sent")
+        count = f"{one.attempts[-1].number}" if one.attempts else "0"
+        rank = f"{place(ranked, one)}" if one in ranked else "–"
+        mine = (lambda text: f"<b>{text}</b>") if one is me else str
+        rows.append([rank, mine(f"{name} (you)" if one is me else name), (mine(shown(room, one) or "–"), "number"), cells[1],
+                     cells[0], (count, "number")])  # fmt: skip
+    words = escape(units.metric(room.ground.metric)[0])
+    header = ("rank", "student", words, "grade", "flown", "attempts")
+    none = "<p>Nobody has flown it yet.</p>"
+    return f'<div id="board">{table(header, rows, str) if rows else none}</div>'
+
+
+def grade(attempt: Attempt) -> str:
+    return grade_mark(attempt.grade) or "not flown"
+
+
+def when(at: float) -> str:
+    """The time, and the day unless it is today."""
+    then = time.localtime(at)
+    return time.strftime("%H:%M" if then[:3] == time.localtime()[:3] else "%Y-%m-%d %H:%M", then)
+
+
+def attempts(member: Member, base: str) -> str:
+    """A student's attempts, the newest first. base: of their addresses."""
+    symbol = units.metric(member.metric)[1]
+    rows: list[list[Cell]] = []
+    for one in reversed(member.attempts):
+        value, links = member.value_of(one), [(f"{base}/{one.number}/{MISSION_NAME}", "text")]
+        if base == "/mine":
+            links = [(f"/?again={one.number}#submit", "into the field")]
+        for name, words in ((PAGE_NAME, "live page"), (LOG_NAME, "log (CSV)")):
+            links += [(f"{base}/{one.number}/{name}", words)] if is_file(member.folder / f"{one.number}" / name) else []
+        best = " (best)" if one is member.best else ""
+        rows.append([
+            f"{one.number}{best}", when(one.at), ("–" if value is None else units.quantity(value, symbol), "number"),
+            grade(one), escape(one.said), " ".join(f'<a href="{address}">{words}</a>' for address, words in links),
+        ])  # fmt: skip
+    header = ("attempt", "flown", escape(units.metric(member.metric)[0]), "grade", "what came of it", "open")
+    return f'<div id="attempts">{table(header, rows, str) if rows else "<p>None yet.</p>"}</div>'
+
+
+def anchor(room: Room, member: Member) -> str:
+    return f"student-{list(room.members.values()).index(member) + 1}"
+
+
+def teacher_page(room: Room) -> str:
+    """What the teacher sees: who has sent what."""
+    csvs = (
+        ("/board.csv", "Board (CSV)"),
+        ("/attempts.csv", "All attempts (CSV)"),
+        ("/links.csv", "The students' links (CSV)"),
+    )
+    students = [
+        f'<div id="{anchor(room, one)}">'
+        + disclosure(f"{one.name}: {units.counted(len(one.attempts), 'attempt')}", attempts(one, f"/{number}"))
+        + "</div>"
+        for number, one in enumerate(room.members.values(), 1)
+    ]
+    body = [
+        '<p id="offline" role="alert" hidden>The class does not answer. The board may be old.</p>',
+        teacher_said(room), heading("Board", "ranking"), board(room),
+        f'<ul class="screen">{"".join(f"""<li><a href="{place}" download>{words}</a></li>""" for place, words in csvs)}</ul>',
+        heading("Students", "students"), *students,
+    ]  # fmt: skip
+    return page_text(f"{room.mission.name}: teacher", [*body, part("class.js")], "Class", part("class.css"))
+
+
+def teacher_said(room: Room) -> str:
+    members = room.members.values()
+    flown, waiting = sum(bool(one.latest) for one in members), sum(one.waits for one in members)
+    text = f"{flown} of {len(members)} students have flown; {units.counted(waiting, 'submission')} waiting."
+    return f'<div id="said" role="status"><p class="answer" data-waits="yes">{text}</p></div>'
+
+
+def live(room: Room, member: Member | None) -> str:
+    """What of a page changes while it is open."""
+    if member is None:
+        return teacher_said(room) + board(room)
+    return said(room, member) + board(room, member) + attempts(member, "/mine")
+
+
+def laws_page(room: Room) -> str:
+    """Every controller that may be submitted, and its gains."""
+    body = ['<p><a href="/">Back to the board</a></p>']
+    for name, mission in room.laws.items():
+        law = mission.controller.controller
+        own = " (the class's)" if mission is room.mission else ""
+        shown = gains_table(mission, room.ground.free) or paragraph("No gains that may be changed.")
+        begin = f'<p><a href="/?law={escape(name)}#submit">Begin with {escape(name)}</a></p>'
+        body.append(f'<div id="{escape(name)}">{disclosure(f"{name}: {law.label or name}{own}", begin + shown)}</div>')
+    return page_text("Controllers and gains", body, "Class", part("class.css"))
+
+
+def gains_table(mission: Mission, free: tuple[str, ...]) -> str:
+    """The free gains of a mission's controller, with what may be written; "" without any."""
+    values, rows = filled_in(mission), []
+    for key, (_, gain) in mission.controller.controller.by_key().items():
+        if not is_free(f"controller.{key}", free):
+            continue
+        given = values[key]
+        parts = given if isinstance(given, tuple) else (given,)
+        low, high, _ = gain.span(min(parts), max(parts))
+        rows.append([f"<code>{escape(key)}</code>", written(rounded(given), gain.stands_for_three), escape(gain.unit),
+                     f"{low:.3g} to {high:.3g}", allowed(gain), escape(gain.meaning)])  # fmt: skip
+    header = ("gain", "default", "unit", "range of its slider", "allowed", "meaning")
+    return table(header, rows, str) if rows else ""
+
+
+def allowed(gain: Gain) -> str:
+    """Which values a mission may give."""
+    if gain.only:
+        return f"{'whole numbers, ' if gain.only == 'whole' else ''}{gain.low:g} to {gain.high:g}"
+    return "any" if gain.signed else "0 or more" if gain.zero else "more than 0"
+
+
+def first_text(mission: Mission, ground: Ground) -> str:
+    """What a student begins with: what is free, commented out, with values, units and meanings; "" without any."""
+    values, law, free = filled_in(mission), mission.controller.controller, ground.free
+    keys = {key: one for key, one in dotted(ground.usual, no_value).items() if not key.startswith("controller.")}
+    others = [f"# {key} = {json.dumps(value)}" for key, value in keys.items() if value is not None and is_free(key, free)]
+    lines = [
+        commented(f"# {key} = {written(rounded(values[key]), gain.stands_for_three)}", gain.unit, gain.meaning)
+        for key, (_, gain) in law.by_key().items()
+        if is_free(f"controller.{key}", free)
+    ]
+    nets = mission.controller.table
+    if nets and is_free("controller.nets", free):
+        derived = learning_numbers(law, mission.controller.gains(mission.modelled.model()))
+        lines += ["", "[controller.nets]", *(one for one in net_lines(nets, derived) if not one.startswith("# weights"))]
+    return "\n".join((*others, *(("[controller]", f'type = "{mission.controller.type}"', *lines) if lines else ()), ""))
+
+
+def as_csv(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([header, *rows])
+    return text.getvalue()
+
+
+def board_csv(room: Room) -> str:
+    ranked = room.board()
+    rows = [
+        [place(ranked, one), one.name, one.value, one.best.grade, iso(one.best), one.attempts[-1].number]
+        for one in ranked if one.best
+    ]  # fmt: skip
+    return as_csv(("rank", "student", room.ground.metric, "grade", "flown", "attempts"), rows)
+
+
+def attempts_csv(room: Room) -> str:
+    rows = [
+        [one.name, each.number, iso(each), one.value_of(each), each.grade or "not flown", each.said]
+        for one in room.members.values()
+        for each in one.attempts
+    ]
+    return as_csv(("student", "attempt", "flown", room.ground.metric, "grade", "said"), rows)
+
+
+def iso(attempt: Attempt) -> str:
+    return time.strftime("%Y-%m-%dT%H:%M:%S", time.localtime(attempt.at))
