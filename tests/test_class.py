@@ -245,12 +245,20 @@ def test_a_class_that_is_restarted_says_what_it_kept(room, tmp_path):
     assert other.message == "Nothing of yours has been flown yet."
 
 
+def test_names_of_every_script_are_names(tmp_path):
+    names = ["Ada", "अदिति", "José", "Jose\u0301 B", "王芳", "O'Neil, 2nd"]
+    (tmp_path / "mission.toml").write_text(MISSION)
+    (tmp_path / "class.toml").write_text(f'mission = "mission.toml"\nstudents = {json.dumps(names, ensure_ascii=False)}\n')
+    assert [one.name for one in Room(tmp_path / "class.toml", tmp_path).members.values()] == names
+
+
 def test_names_and_metrics_of_a_class_are_checked(tmp_path, monkeypatch):
     (tmp_path / "mission.toml").write_text(MISSION)
     for content, said in (
-        (CLASS, r"students\[1\]"),
+        (CLASS, r"students\[1\]: should be a name: at most 60 letters, digits"),
         (CLASS.replace("Group <2>", "../up"), "students"),
         (CLASS.replace("Group <2>", "ＡDA"), "'Ada' and 'ＡDA' are the same name to a reader"),
+        (CLASS.replace("Group <2>", " Ada"), "should be a name"),
         (CLASS.replace("<2>", "2") + 'metric = "fame"\n', "'fame' is not a metric"),
         (CLASS.replace("<2>", "2") + "seconds = 0.0\n", "seconds"),
         (CLASS.replace("<2>", "2").replace("mission.toml", "none.toml"), "file not found"),
@@ -466,7 +474,7 @@ def test_markup_in_a_submission_reaches_no_page(room, port):
 
 
 def test_one_address_cannot_keep_the_others_out(room, port):
-    lines = [socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) for _ in range(3 * MOST_AT_ONCE)]
+    lines = [socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) for _ in range(MOST_AT_ONCE + 4)]
     try:
         with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as one:
             answer = one.makefile("rb").read().decode()

@@ -38,6 +38,8 @@ SLOWER = 10
 """How many times longer than it computes a flight may take where the machine does other things, too."""
 
 LONGEST_SENTENCE = 400
+SOURCE = "your mission"
+"""What an error calls a submission."""
 
 
 class Ground(NamedTuple):
@@ -72,7 +74,7 @@ def no_value(_: object) -> bool:
 
 def submitted(text: str, ground: Ground) -> Mission:
     """The class's mission with what a submission says; that may differ in free keys only. Raises UserError, also for files."""
-    given = parse_toml(text, "your mission")
+    given = parse_toml(text, SOURCE)
     content, leaves = ground.content, dotted(given, no_value)
     wanted = {**dotted(ground.usual, no_value), **dotted(content, no_value)}
     for key, value in leaves.items():
@@ -88,7 +90,7 @@ def submitted(text: str, ground: Ground) -> Mission:
             content = with_value(content, key, {"type": kind}, ground.usual)
     for key, value in leaves.items():
         content = with_value(content, key, value, ground.usual)
-    mission = check_mission(content, "your mission", ground.folder)
+    mission = check_mission(content, SOURCE, ground.folder)
     if isinstance(mission.controller, PilotedSection):
         raise UserError("controller.type: a class cannot be flown by an autopilot")
     return mission
@@ -123,7 +125,7 @@ def in_a_process(fly_it: "partial[SubmissionResult]", seconds: float, theirs: Co
     try:
         result = fly_it()
     except UserError as error:
-        result = SubmissionResult(f"Not flown: {cut(str(error), LONGEST_SENTENCE)}")
+        result = SubmissionResult(f"Not flown: {cut(str(error).removeprefix(f'{SOURCE}: '), LONGEST_SENTENCE)}")
     except MemoryError:
         result = SubmissionResult(f"Not flown: it takes more than {MEMORY >> 30} GB of memory.")
     except OSError as error:

@@ -31,8 +31,8 @@ from quadstep.studies.class_pages import (
 )
 from quadstep.studies.classroom import SUBMISSION, Member, Refusal, Room, same
 
-MOST_AT_ONCE = 8
-"""Requests of one address that are answered at the same time."""
+MOST_AT_ONCE = 32
+"""Requests of one address that are answered at the same time: a class may be behind one."""
 
 BUSY = (
     b"HTTP/1.0 503 Service Unavailable\r\nContent-Type: text/plain; charset=utf-8\r\nRetry-After: 3\r\n\r\n"

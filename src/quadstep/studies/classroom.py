@@ -19,7 +19,7 @@ from http import HTTPStatus
 from pathlib import Path
 from typing import Annotated, NamedTuple, cast
 
-from pydantic import BeforeValidator, Field, TypeAdapter
+from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter
 
 from quadstep.control.registry import names
 from quadstep.io import files
@@ -43,7 +43,17 @@ SECRET_NAME, ATTEMPTS, DRAFT = ".class", "attempts.json", ".flying"
 MOST_ATTEMPTS = 100
 """Of a student that are kept, and the best one."""
 
-Student = Annotated[str, Field(pattern=r"^[^\W_][\w .,'-]{0,59}$")]
+
+def check_student(name: str) -> str:
+    """Refuses what is no name. Raises ValueError."""
+    known = all(sign.isalnum() or sign in " .,'-_" or unicodedata.category(sign).startswith("M") for sign in name)
+    if not (known and name[:1].isalnum() and len(name) <= 60):
+        allowed = "at most 60 letters, digits, spaces and .,'-_, the first a letter or a digit"
+        raise ValueError(f"should be a name: {allowed}")
+    return name
+
+
+Student = Annotated[str, AfterValidator(check_student)]
 """A name, or that of a group; also of its folder."""
 
 
