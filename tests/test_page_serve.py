@@ -530,6 +530,15 @@ def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, f
     assert shown == ["a", "b"]
 
 
+def test_two_flights_of_one_name_are_told_apart_by_their_places(tmp_path):
+    (tmp_path / "Ada").mkdir()
+    for place in ("Ada/1", "2"):
+        spoilt(tmp_path / place, name="Round", **{"outcome": "completed", "ended[s]": 5.0})
+    flights = data_of(answer(tmp_path, "/both?a=Ada/1&b=2").text)["flights"]
+    assert [one["name"] for one in flights] == ["Round (Ada/1)", "Round (2)"]
+    assert f"#keep={flights[1]['id']}" in answer(tmp_path, "/compare?a=Ada/1&b=2").text
+
+
 def test_of_two_in_other_wind_it_is_said(tmp_path):
     for name, mission in (("a", {"wind": {"mean": [5.0, 0.0, 0.0]}, "events": [1]}), ("b", {})):
         rmse = 0.01 if name == "a" else 0.03

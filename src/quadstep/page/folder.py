@@ -243,6 +243,10 @@ def open_two(folders: tuple[Path, Path], links: tuple[Link, ...] = ()) -> str:
     """The page of two flights. Raises UserError where there is none."""
     first = flown_in(folders[0])
     second = flown_in(folders[1], (first.id,))
+    if first.name == second.name:
+        above = os.path.commonpath(folders)
+        places = [f"{first.name} ({folder.relative_to(above).as_posix()})" for folder in folders]
+        first, second = (one._replace(name=place) for one, place in zip((first, second), places, strict=True))
     return build_page(f"{first.name} and {second.name}", "", [first, second], links=links)
 
 
