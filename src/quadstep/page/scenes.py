@@ -93,7 +93,9 @@ PANELS = (
     group("estimate", "Estimated minus true position", "m", AXES, ("x_m", "y_m", "z_m"), minus=True)._replace(optional=True),
     group("wind", "Wind", "m/s", ("wind_x", "wind_y", "wind_z"))._replace(optional=True),
     group("voltage", "Battery", "V", ("voltage",))._replace(optional=True),
-    PanelData("weights", "Norms of the weights", "-", (Line("|W1_hat|", "norm_W1"), Line("|W2_hat|", "norm_W2")), optional=True),
+    PanelData(
+        "weights", "Norms of the weights", "-", (Line("|W1_hat|", "norm_W1"), Line("|W2_hat|", "norm_W2")), optional=True
+    ),
     PanelData(
         "lyapunov", "Lyapunov function without its weights (Eq. 55)", "J", (Line("L", "lyapunov"),), log=True, optional=True
     ),

@@ -49,7 +49,7 @@ def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # 
     body = [
         f'<p id="refused" role="alert">{why} <a href="/">Back to the board</a></p>' if asked.refusal else "",
         '<p id="offline" role="alert" hidden>The class does not answer. The board may be old; what you wrote stays here.</p>',
-        said(room, member),
+        student_news(room, member),
         '<div class="class"><section>', heading("Submit", "submit"),
         f'<form method="post" action="/submit"><label for="text">Remove the # before a line, and change its number{more}. '
         f'What you leave out is as in <a href="/mission.toml">the class\'s mission</a>. You may change only {escape(free)}; '
@@ -78,7 +78,7 @@ def field_text(room: Room, member: Member, asked: Asked) -> str:
     return asked.text or chosen or member.text or first_text(room.mission, room.ground)
 
 
-def said(room: Room, member: Member) -> str:
+def student_news(room: Room, member: Member) -> str:
     """What a student is told: what came of the last submission, and the rank."""
     waiting = f' data-waits="yes">{escape(member.message)}' if member.waits else f">{escape(member.message)}"
     ranked = room.board()
@@ -163,14 +163,14 @@ def teacher_page(room: Room) -> str:
     ]
     body = [
         '<p id="offline" role="alert" hidden>The class does not answer. The board may be old.</p>',
-        teacher_said(room), heading("Board", "ranking"), board(room),
+        teacher_news(room), heading("Board", "ranking"), board(room),
         f'<ul class="screen">{"".join(f"""<li><a href="{place}" download>{words}</a></li>""" for place, words in csvs)}</ul>',
         heading("Students", "students"), *students,
     ]  # fmt: skip
     return page_text(f"{room.mission.name}: teacher", [*body, part("class.js")], "Class", part("class.css"))
 
 
-def teacher_said(room: Room) -> str:
+def teacher_news(room: Room) -> str:
     members = room.members.values()
     flown, waiting = sum(bool(one.latest) for one in members), sum(one.waits for one in members)
     text = f"{flown} of {len(members)} students have flown; {units.counted(waiting, 'submission')} waiting."
@@ -180,8 +180,8 @@ def teacher_said(room: Room) -> str:
 def live(room: Room, member: Member | None) -> str:
     """What of a page changes while it is open."""
     if member is None:
-        return teacher_said(room) + board(room)
-    return said(room, member) + board(room, member) + attempts(member, "/mine")
+        return teacher_news(room) + board(room)
+    return student_news(room, member) + board(room, member) + attempts(member, "/mine")
 
 
 def laws_page(room: Room) -> str:

@@ -92,7 +92,7 @@ class ClassHandler(Handler):
             return shared[path]()
         if found := FLIGHT.fullmatch(path):
             return self.flight(member, *found.groups())
-        return self.shown(member, path) if member else self.told(path)
+        return self.shown(member, path) if member else self.of_teacher(path)
 
     def submitted(self, member: Member) -> Answer:
         text = ""
@@ -117,7 +117,7 @@ class ClassHandler(Handler):
             return self.flight(member, "mine", f"{member.latest.number}", PAGE_NAME)
         return refused(HTTPStatus.NOT_FOUND, "There is nothing here. The board is at /")
 
-    def told(self, path: str) -> Answer:
+    def of_teacher(self, path: str) -> Answer:
         """The answer to what the teacher asks to see."""
         if path == "/":
             return self.page(teacher_page(self.room))
