@@ -242,7 +242,7 @@ def test_the_other_verdicts_have_their_numbers():
     assert f"{c.r.max():.4g} <= {c.b_r:.4g}" in verdict(c)
     broken = c._replace(conditions=level(K_r2=75.0))
     assert verdict(broken).startswith("conditions broken: K_r2 - J_M max(Lambda2) = 0 N m s in psi with J_M = 5, not above 0")
-    assert verdict(c._replace(outcome=Outcome.SPINNING, ended=3.5)).startswith("diverged: the flight ended at 3.5 s")
+    assert verdict(c._replace(outcome=Outcome.SPINNING, ended=3.5)).startswith("lost: the flight ended at 3.5 s")
 
 
 def test_without_nets_the_weights_are_zero_and_eps_is_the_target():
@@ -287,7 +287,7 @@ def test_the_printed_conditions_hold_and_the_flight_diverges():
     assert c.conditions.hold
     assert not c.conditions.coupling_holds
     assert c.until <= c.ended
-    assert kind(c) == "diverged"
+    assert kind(c) == "lost"
 
 
 def test_and_what_makes_it_diverge_is_the_coupling():

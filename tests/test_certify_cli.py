@@ -35,7 +35,8 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     written = {path.name for path in (tmp_path / "out").iterdir()}
     assert written == {"certificate.json", "certificate.png", "certificate.svg", "metrics.json", "report.html"}
     found, about = (strict_json(tmp_path / "out" / name) for name in ("certificate.json", "metrics.json"))
-    assert f"Verdict: {found['verdict']}\n" in run.out
+    assert "\nThis flight neither confirms nor refutes Theorem 5.1" in run.out
+    assert f"In numbers: {found['verdict']}.\n" in run.out
     assert about["verdict"] == found["verdict"]
     assert found["kind"] == about["kind"] == "untested"
     assert set(found["lyapunov"]["work[J]"]) == set(TERMS)
@@ -50,7 +51,7 @@ def test_a_diverging_flight_ends_with_3_and_keeps_its_certificate(tmp_path, undr
     assert (run.code, run.err) == (errors.DIVERGED, "")
     found = strict_json(tmp_path / "out" / "certificate.json")
     conditions = found["conditions"]
-    assert found["kind"] == "diverged"
+    assert found["kind"] == "lost"
     assert conditions["printed_hold"]
     assert conditions["corrected_hold"]
     assert not conditions["coupling_holds"]

@@ -180,8 +180,8 @@ def mission(**keys):
 
 
 def test_units_and_tunable_keys():
-    assert label(mission(), "controller.k_v.1") == "controller.k_v.1 [1/s]"
-    assert label(mission(), "controller.nets.start") == "controller.nets.start [s]"
+    assert label(mission(), "controller.k_v.1") == "k_v[1] [1/s]"
+    assert label(mission(), "controller.nets.start") == "nets start [s]"
     assert tunable(mission(nets={"F1": 3.0})) == [
         "controller.k_v", "controller.k_i", "controller.layer", "controller.nets.start", "controller.nets.F1",
         "controller.nets.kappa1",

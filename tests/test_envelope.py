@@ -99,7 +99,7 @@ def test_rows_are_in_order_with_x_first_and_turning_fastest(case):
 def test_the_sentence_and_the_manifest_say_how_much_is_flyable(case):
     run, out = case
     panels = about(out)["panels"]
-    assert [panel["name"] for panel in panels] == ["controller.nets.enabled = true", "controller.nets.enabled = false"]
+    assert [panel["name"] for panel in panels] == ["nets on", "nets off"]
     for nets, panel in zip(NETS, panels, strict=True):
         here = [row for row in rows(out) if row["controller.nets.enabled"] is nets]
         good = [row["position_rmse_median[m]"] for row in here if row["success"] == 1.0]
@@ -128,7 +128,7 @@ def test_an_axis_that_makes_no_difference_is_named(tmp_path):
     rmse = np.array([[[1.0, 2.0], [1.0, 2.0]]])
     cells = Cells(1, False, np.zeros((1, 2, 2, 6), int), np.ones((1, 2, 2), int), rmse, rmse, rmse, np.zeros((1, 2, 2), int))
     found = Envelope(asked, cells, [MapPanel("", 4, 4, 1.0, {}, (1.0, 2.0))])
-    assert answer(found).endswith("between its points. No result depends on vehicle.mass.")
+    assert answer(found).endswith("between its points. No result depends on vehicle mass.")
     differs = found._replace(cells=cells._replace(largest=np.array([[[1.0, 2.0], [1.0, 2.1]]])))
     assert answer(differs).endswith("between its points.")
 
@@ -137,7 +137,7 @@ def test_without_a_limit_flyable_is_said_to_be_to_the_end_only(tmp_path):
     axes = "--x", "path.duration=0.5:1:2", "--y", "vehicle.mass=1:1.1:2"
     run = quadstep("envelope", write(tmp_path, LINE), *axes, "--out", tmp_path / "out")
     assert (
-        "Flyable (judged by reaching the end only, however large the error) of path.duration and vehicle.mass"
+        "Flyable (judged by reaching the end only, however large the error) of path duration and vehicle mass"
         in run.out.replace("\n", " ")
     )
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
@@ -335,14 +335,14 @@ def test_a_map_of_nothing_flyable_has_no_scale():
 
 def test_axes_say_their_unit():
     mission = check_mission({"path": {"type": "minimum-jerk", "end": [1.0, 0.0, 0.0], "duration": 1.0}}, "m.toml")
-    assert label(mission, "path.duration") == "path.duration [s]"
-    assert label(mission, "disturbance.force.2") == "disturbance.force.2 [N]"
-    assert label(mission, "controller.K_r1.2") == "controller.K_r1.2 [N s/m]"
-    assert label(mission, "controller.nets.start") == "controller.nets.start [s]"
+    assert label(mission, "path.duration") == "path duration [s]"
+    assert label(mission, "disturbance.force.2") == "disturbance force along z [N]"
+    assert label(mission, "controller.K_r1.2") == "K_r1[2] [N s/m]"
+    assert label(mission, "controller.nets.start") == "nets start [s]"
     vehicle = check_mission(
         {"vehicle": {"preset": "crazyflie"}, "path": {"type": "step", "end": [1.0, 0.0, 0.0]}}, "m.toml", Path()
     )
-    assert label(vehicle, "vehicle.rotor.rise_time") == "vehicle.rotor.rise_time [s]"
+    assert label(vehicle, "vehicle.rotor.rise_time") == "vehicle rotor rise time [s]"
 
 
 def test_lengths_are_in_the_unit_that_suits_them():

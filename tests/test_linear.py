@@ -12,10 +12,10 @@ from scipy.optimize import brentq
 from quadstep import Mission
 from quadstep.interfaces.controller import Controller
 from quadstep.linear import equilibrium
-from quadstep.linear.analysis import analyse_rest, of_loop, worst_of
+from quadstep.linear.analysis import StepResponse, analyse_rest, of_loop, worst_of
 from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.nearby import MOVED
-from quadstep.linear.run import record
+from quadstep.linear.run import off_the_step, record
 from quadstep.linear.states import states, with_states
 from quadstep.linear.tables import sentences
 from quadstep.linear.transfer import frequencies, opened, transfer
@@ -355,7 +355,7 @@ def test_a_loop_that_bends_at_rest_has_the_worst_margins_of_its_sides():
             assert one.phase == pytest.approx(other.phase, rel=1e-6)
             assert one.delay == pytest.approx(other.delay, rel=1e-6)
             assert one.gain_up == pytest.approx(other.gain_up, rel=1e-6)
-    assert bent.tried.startswith("32 sides, of which ")
+    assert bent.tried.startswith("33 sides (")
     assert f"the worst of {bent.tried}, each" in sentences(sides._replace(tried=bent.tried))[-1]
 
     near = rest(1.4, 1.4, 1e-7)
@@ -393,4 +393,16 @@ def test_a_loop_whose_sides_are_alike_at_rest_is_not_flown_on_to_rest_elsewhere(
     mission = Mission(vehicle={"preset": "hummingbird"}, path=HOLD, controller={"type": "betaflight-rates"})
     found = at_rest(hovering(mission))
     assert found.period.period.bends
-    assert found.tried == "8 sides, all alike"
+    assert found.tried == "9 sides (all alike)"
+
+
+def test_a_step_is_judged_by_where_it_rests_and_one_that_rests_elsewhere_is_said():
+    t = np.linspace(0.0, 10.0, 1001)
+    turned = StepResponse("yaw", "rad", t, 1.4 * (1.0 - np.exp(-t)))
+    assert (turned.rest, turned.overshoot) == (pytest.approx(1.4, rel=1e-4), 0.0)
+    assert turned.settling == pytest.approx(-np.log(0.02), abs=0.02)
+    assert off_the_step([turned]).startswith(" Yaw rests at 1.4, not at 1. Where a vehicle leans")
+    for values in (t, 0.0 * t):  # it drifts, or does not follow at all
+        other = StepResponse("x", "m", t, values)
+        assert (other.rest, other.settling) == (1.0, np.inf)
+    assert not off_the_step([StepResponse("x", "m", t, 1.0 - np.exp(-t))])

@@ -82,8 +82,8 @@ def test_each_margin_is_held_against_its_limit(analysis):
 def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis):
     gain, phase, delay = graded(analysis).measures
     assert sentences(analysis)[0] == (
-        f"Fragile: phase margin below 30.0°; least gain margin {gain.value:.1f} dB ({gain.channel}), phase margin "
-        f"{math.degrees(phase.value):.1f}° ({phase.channel}), delay margin {1e3 * delay.value:.1f} ms ({delay.channel})."
+        f"Fragile: phase margin below 30.0°, at {math.degrees(phase.value):.1f}° in {phase.channel}; least gain margin "
+        f"{gain.value:.1f} dB ({gain.channel}), delay margin {1e3 * delay.value:.1f} ms ({delay.channel})."
     )
     content = record(analysis, [])
     assert (content["grade"], content["stable"]) == (FRAGILE, True)

@@ -15,6 +15,7 @@ from quadstep.io import user_code
 from quadstep.io.errors import UserError
 from quadstep.numbers import flatten
 from quadstep.page.build import flown_mission, missions_page
+from quadstep.report import units
 from tests.campaigns import no_report, rows
 from tests.commands import quadstep
 
@@ -340,6 +341,9 @@ def test_a_flight_has_metrics_of_ones_own_and_is_judged_by_them(folder):
     error = np.abs(log.table("x_d", "y_d", "z_d") - log.table("x", "y", "z"))
     assert found["settling_time[s]"] == log.column("t")[np.linalg.norm(error, axis=1) > 0.05].max()
     assert found["mission"]["metrics"] == ["metrics.py:SettlingTime", "metrics.py:Climb"]
+    shown = units.quantity(found["settling_time[s]"], "s")
+    assert f"settling time  {shown}" in re.sub(" {2,}", "  ", run.out)
+    assert f"<dt>settling time</dt><dd>{units.unbroken(shown)}" in (folder / "out" / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(("vehicle", "vary"), [("", MASS), (NOISY, HEIGHT)])

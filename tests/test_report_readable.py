@@ -12,6 +12,7 @@ from quadstep.report.canvas import drawing, new_figure, write
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import LOG, Panel
 from quadstep.report.sheet import Sheet
+from quadstep.report.told import ToldPlace, tell
 from tests.browsers import axe
 from tests.needs import CHROMIUM, needs
 
@@ -174,4 +175,37 @@ def test_axe_finds_nothing_in_the_parts_of_reports(report, browsers, width, sche
     window.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true })")
     assert axe(window) == []
     assert window.evaluate("document.documentElement.scrollWidth") <= width
+    browsers[False].blank()
+
+
+@needs(CHROMIUM)
+def test_points_and_cells_say_what_they_are(tmp_path, browsers):
+    with drawing(SHEET):
+        figure = new_figure(SHEET, 8.0, 3.0)
+        points, cells = figure.subplots(1, 2)
+        points.plot([1.0], [2.0], "o")
+        points.set_xscale("log")
+        points.set_xlim(0.5, 2.0)
+        tell(points, ToldPlace(0.9, 1.1, 2.0, 2.0, "pid, calm", [("RMSE", "1.2 [1.0, 1.4] cm")]))
+        cells.imshow([[0.0, 1.0]], extent=(0.0, 2.0, 0.0, 1.0), aspect="auto")
+        for left in (0.0, 1.0):
+            tell(cells, ToldPlace(left, left + 1.0, 0.0, 1.0, f"cell {left:g}", [("RMSE", f"{left:g} mm")]))
+        write(figure, tmp_path / "spots", SHEET)
+    write_report(tmp_path, "spots")
+    told = json.loads(unescape(re.search(r'data-axes="([^"]*)"', (tmp_path / "spots.svg").read_text(encoding="utf-8"))[1]))
+    opened = browsers[False].page()
+    opened.goto((tmp_path / "report.html").as_uri())
+    shown = opened.locator("svg[data-axes]").bounding_box()
+    scale = shown["width"] / opened.evaluate("document.querySelector('svg[data-axes]').viewBox.baseVal.width")
+
+    def said(axes, along, up, name):
+        left, top, width, height = axes["box"]
+        opened.mouse.move(shown["x"] + scale * (left + along * width), shown["y"] + scale * (top + up * height))
+        reading = opened.locator(".reading", has_text=name)
+        reading.wait_for()
+        return reading.inner_text().split("\n")
+
+    assert said(told[0], 0.5, 0.5, "pid") == ["pid, calm", "RMSE", "1.2 [1.0, 1.4] cm"]
+    assert said(told[1], 0.25, 0.5, "cell 0") == ["cell 0", "RMSE", "0 mm"]
+    assert said(told[1], 0.75, 0.1, "cell 1") == ["cell 1", "RMSE", "1 mm"]
     browsers[False].blank()

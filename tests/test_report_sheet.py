@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from quadstep.io.errors import UserError
 from quadstep.proofs.certify.certificate import certify_plan
 from quadstep.proofs.certify.run import figure_of
-from quadstep.report.axes import Powers, peaked, plain, threshold
+from quadstep.report.axes import Powers, peaked, plain, plain_decades, threshold
 from quadstep.report.canvas import STYLE, thin
 from quadstep.report.drawing import FigureJob
 from quadstep.report.figures import draw, picture, prefixed
@@ -255,3 +255,12 @@ def test_a_legend_of_two_rows_does_not_cover_the_panel_above():
     column = [axes for axes in figure.axes if axes.get_position().x0 < 0.5]
     for above, below in pairwise(sorted(column, key=lambda axes: -axes.get_position().y0)):
         assert below.get_legend().get_window_extent().y1 <= above.get_window_extent().y0
+
+
+@pytest.mark.parametrize(("low", "high"), [(3.1, 9.4), (1.3, 1.9), (0.7, 4.0), (2.0, 300.0)])
+def test_a_logarithmic_axis_has_several_numbers(low, high):
+    axes = Figure().subplots()
+    axes.set_xscale("log")
+    axes.set_xlim(low, high)
+    plain_decades(axes.xaxis)
+    assert sum(low <= tick <= high for tick in axes.get_xticks()) >= 3

@@ -295,5 +295,5 @@ def test_the_report_holds_all_figures_and_tables(page, report, claims, metrics):
 def test_a_stress_flight_that_diverges_is_told_with_time_and_reason(page, metrics):
     cells = [cell.replace("\N{NO-BREAK SPACE}", " ") for row in page.tables[3][1:] for cell in row[1:]]
     lost = sum(flight["outcome"] != "completed" for flight in metrics["stress"])
-    assert sum(bool(re.fullmatch(r"diverged at [\d.]+ s: [a-z ]+", cell)) for cell in cells) == lost
+    assert sum(bool(re.fullmatch(r"lost at [\d.]+ s: [a-z ]+", cell)) for cell in cells) == lost
     assert sum(bool(re.fullmatch(r"[\d.e+-]+ [µm]m, [\d.]+°", cell)) for cell in cells) == 36 - lost

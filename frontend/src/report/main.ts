@@ -90,6 +90,14 @@ function listen(svg: SVGSVGElement): void {
 function read(panel: Panel, at: DOMPoint, bar: Bar | undefined, said: HTMLElement, cross: SVGPathElement): void {
   const [left, top, width, height] = panel.told.box;
   const rows: [string, number][] = [];
+  const spot = panel.spot(at, NEAR);
+  if (spot) {
+    const [x, y, wide, high, name, lines] = spot;
+    said.replaceChildren(row(name, ""), ...lines.map(([what, value]) => row(what, value)));
+    said.hidden = false;
+    cross.setAttribute("d", high ? `M${x} ${y}h${wide}v${high}h${-wide}z` : `M${x - 4} ${y - 4}h${wide + 8}v8h${-wide - 8}z`);
+    return;
+  }
   if (bar) {
     const label = bar.along === "x" ? panel.told.across : panel.told.up;
     if (bar.name) rows.push([bar.name, Number.NaN]);
@@ -144,7 +152,7 @@ function nearest(panel: Panel, at: DOMPoint): { name: string; x: number; y: numb
 }
 
 /** A name, with what is below it, and its value. */
-function row(name: string, value: number): HTMLElement {
+function row(name: string, value: number | string): HTMLElement {
   const line = made("div", "");
   const unit = /\s*\[([^\]]*)\]$/.exec(name);
   const words = made("span", "");
@@ -154,7 +162,7 @@ function row(name: string, value: number): HTMLElement {
     words.append(piece);
   }
   const shown = made("b", "");
-  shown.textContent = Number.isNaN(value) ? "" : `${number(value, 3)}${unit ? `\u00a0${unit[1]}` : ""}`;
+  shown.textContent = typeof value === "string" ? value : Number.isNaN(value) ? "" : `${number(value, 3)}${unit ? `\u00a0${unit[1]}` : ""}`;
   line.append(words, shown);
   return line;
 }

@@ -14,9 +14,13 @@ export interface Told {
   readonly ours: boolean;
   readonly curves: readonly { readonly id: string; readonly name: string }[];
   readonly bars: readonly Bar[];
+  readonly spots: readonly Spot[];
   /** All that stands in the axes. along: the axes in whose values it does, "xy", "x", "y" or none. */
   readonly drawn: readonly { readonly id: string; readonly along: string }[];
 }
+
+/** A point or a cell: left, top, width and height, its name, and what is said of it. */
+export type Spot = readonly [number, number, number, number, string, readonly (readonly [string, string])[]];
 
 /** A bar from one value to another. */
 export interface Bar {
@@ -72,6 +76,15 @@ export class Panel {
   bar(element: EventTarget | null): Bar | undefined {
     const id = element instanceof Element ? element.closest("g[id]")?.id : undefined;
     return this.told.bars.find((one) => id === one.id || id?.endsWith(`-${one.id}`));
+  }
+
+  /** The point or cell at a place: what it is in, or else the nearest within `reach`. */
+  spot(at: DOMPoint, reach: number): Spot | undefined {
+    const off = ([left, top, width, height]: Spot): number =>
+      Math.hypot(Math.max(left - at.x, 0, at.x - left - width), Math.max(top - at.y, 0, at.y - top - height));
+    let best: Spot | undefined;
+    for (const one of this.told.spots) if (off(one) < (best ? off(best) : reach)) best = one;
+    return best;
   }
 
   private curve(path: SVGPathElement, name: string): Curve {

@@ -99,7 +99,7 @@ def fly(
         if result.rows:
             show_table(result.name, ("", *result.header), result.rows)
         if result.facts:
-            show_table("", ("limits", "value"), result.facts)
+            show_table("", ("", "value"), result.facts)
         say(result.ending)
         for sentence in at_rest_sentences(cast("Mapping[str, str]", result.metrics.get(AT_REST, {}))):
             say(sentence)

@@ -35,14 +35,21 @@ class StepResponse(NamedTuple):
     value: Array
 
     @property
+    def rest(self) -> float:
+        """Where it ends; the step where it does not come to rest in the time shown."""
+        last = self.value[3 * len(self.value) // 4 :]
+        end = float(last[-1])
+        return end if end > 0.5 and float(np.ptp(last)) <= SETTLED * end else 1.0
+
+    @property
     def overshoot(self) -> float:
-        """Overshoot as a share of the step."""
-        return max(0.0, float(self.value.max()) - 1.0)
+        """Overshoot as a share of where it rests."""
+        return max(0.0, float(self.value.max()) / self.rest - 1.0)
 
     @property
     def settling(self) -> float:
-        """Time after which it stays within 2 % of the step [s]; infinite if it does not within the time shown."""
-        outside = np.flatnonzero(np.abs(self.value - 1.0) > SETTLED)
+        """Time after which it stays within 2 % of where it rests [s]; infinite if it does not within the time shown."""
+        outside = np.flatnonzero(np.abs(self.value / self.rest - 1.0) > SETTLED)
         last = int(outside[-1]) + 1 if len(outside) else 0
         return math.inf if last >= len(self.t) else float(self.t[last])
 

@@ -200,8 +200,9 @@ def with_pieces(rest: Rest) -> Rest:
         one = reduced(linearised(rest.loops, rest.flown, rest.first, way / np.abs(way).max()))
         if all(one.map.shape != other.map.shape or relative_difference(one.map, other.map) > SAME for other in found):
             found.append(one)
-    differ = f"of which {len(found)} differ" if len(found) > 1 else "all alike"
-    return rest._replace(pieces=tuple(found[1:]), tried=f"{2 * len(mixed)} sides, {differ}")
+    sides = 1 + 2 * len(mixed)
+    differ = "all alike" if len(found) == 1 else "all different" if len(found) == sides else f"{len(found)} of them different"
+    return rest._replace(pieces=tuple(found[1:]), tried=f"{sides} sides ({differ})")
 
 
 def with_others(rest: Rest) -> Rest:

@@ -84,14 +84,17 @@ def graded(analysis: Analysis) -> Grade:
         return Grade(UNSTABLE, f"it does not hold {', '.join(analysis.not_held)}; a deviation there never decays")
     measures = least_of(analysis)
     short = [one for one in measures if not one.met]
-    said = ", ".join(f"{one.what} margin {one.text(one.value)}{where(one)}" for one in measures)
+    said = ", ".join(f"{one.what} margin {one.text(one.value)}{where(one)}" for one in measures if one.met)
+    said = f"least {said}" if said else ""
     if analysis.aside >= LEAST_ASIDE:
-        said += f"; it rests {quantity(analysis.aside, 'm')} from where the path begins"
-    said += "; its events are not counted" if analysis.eventful else ""
+        said += f"{'; ' * bool(said)}it rests {quantity(analysis.aside, 'm')} from where the path begins"
+    said += f"{'; ' * bool(said)}its events are not counted" if analysis.eventful else ""
     if not short:
-        return Grade(SOUND, f"least {said}", measures)
-    missed = " and ".join(f"{one.what} margin below {one.text(one.limit)}" for one in short)
-    return Grade(FRAGILE, f"{missed}; least {said}", measures)
+        return Grade(SOUND, said, measures)
+    missed = " and ".join(
+        f"{one.what} margin below {one.text(one.limit)}, at {one.text(one.value)} in {one.channel}" for one in short
+    )
+    return Grade(FRAGILE, f"{missed}; {said}" if said else missed, measures)
 
 
 def where(one: Measure) -> str:

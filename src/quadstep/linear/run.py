@@ -13,7 +13,7 @@ from quadstep.io import __version__
 from quadstep.io.errors import UserError, errors_in
 from quadstep.io.run_record import FIGURES
 from quadstep.linear import tables, worst
-from quadstep.linear.analysis import Analysis, RestAnalysis, StepResponse, analyse_rest, steps
+from quadstep.linear.analysis import SETTLED, Analysis, RestAnalysis, StepResponse, analyse_rest, steps
 from quadstep.linear.equilibrium import hover_mission, quiet
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
@@ -62,7 +62,10 @@ def record(analysis: Analysis, steps: list[StepResponse]) -> dict[str, object]:
         "rests_aside[m]": analysis.aside,
         "poles[1/s]": [[pole.real, pole.imaginary] for pole in analysis.poles],
         "pole_states": [list(pole.states) for pole in analysis.poles],
-        "steps": {step.name: {"overshoot[-]": step.overshoot, "settling[s]": finite(step.settling)} for step in steps},
+        "steps": {
+            step.name: {"rest[-]": step.rest, "overshoot[-]": step.overshoot, "settling[s]": finite(step.settling)}
+            for step in steps
+        },
     }
 
 
@@ -183,11 +186,18 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
         "bode": "Where |L| falls through 0 dB, the phase's distance from −180° is the phase margin. It is least in "
         f"{phase[0].name}: {math.degrees(phase[1].phase):.3g}° at {phase[1].phase_at:.3g} rad/s.",
         "step": "The path steps by 1 along one axis at a time. The largest overshoot is that of "
-        f"{over.name}, {100.0 * over.overshoot:.3g} %; {settles}.",
+        f"{over.name}, {100.0 * over.overshoot:.3g} %; {settles}.{off_the_step(moves)}",
         "nyquist": f"The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. The nearest is "
         f"{near[0].name}, to {1.0 / near[1].sensitivity:.2g}: disturbances are amplified "
         f"{near[1].sensitivity:.3g} times there.",
     }
+
+
+def off_the_step(moves: list[StepResponse]) -> str:
+    """Which responses rest elsewhere than at the step, and why, after a blank."""
+    off = {one.name: one.rest for one in moves if abs(one.rest - 1.0) > SETTLED}
+    said = "".join(f" {name[0].upper()}{name[1:]} rests at {rest:.3g}, not at 1." for name, rest in off.items())
+    return f"{said} Where a vehicle leans, as in wind, its yaw is not the heading that laws turn." if "yaw" in off else said
 
 
 def draw(folder: Path, analysis: Analysis, moves: list[StepResponse], sheet: Sheet) -> None:

@@ -22,7 +22,7 @@ from quadstep.report.units import listed
 
 MARGIN_HEADER = ("", "gain up [dB]", "gain down [dB]", "phase [°]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
 POLE_HEADER = ("pole [1/s]", "time constant [s]", "damping", "frequency [rad/s]", "count", "states")
-STEP_HEADER = ("step of 1", "overshoot [%]", "settling time to 2 % [s]")
+STEP_HEADER = ("step of 1", "rests at", "overshoot [%]", "settling time to 2 % [s]")
 METHOD = (
     "One loop is opened at a time, between the controller's command and the rotors. Margins say how far that command can be "
     "scaled, shifted in phase or delayed before the sampled loop becomes unstable. S and T are the largest sensitivity and "
@@ -31,7 +31,7 @@ METHOD = (
 
 BENT = (
     "The loop has a kink at rest: its slopes differ from side to side. The margins are the worst of {}, each as if the loop "
-    "stayed there; the kink is at one or more of these places"
+    "stayed there; {}."
 )
 
 NEAR = (
@@ -121,14 +121,26 @@ def sentences(analysis: Analysis, but: str = "") -> list[str]:
     sampled = (
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )
-    bent = [f"{BENT.format(analysis.tried)} ({', '.join(analysis.bends)})."] if analysis.bends else []
+    bent = [BENT.format(analysis.tried, kinks(analysis.bends))] if analysis.bends else []
     if analysis.near and not bent:
         bent = [NEAR.format(analysis.in_words(short(analysis.near)), analysis.tried)]
     return [answer, *later, slowest, sampled, *bent]
 
 
+FEW = 2
+"""Most kinks whose lines are said."""
+
+
+def kinks(places: Sequence[str]) -> str:
+    """Where a law has its kinks, each as "law.py, line 3"."""
+    if len(places) <= FEW:
+        return f"the kink is in {listed(places, 'or')}"
+    files = dict.fromkeys(place.partition(",")[0] for place in places)
+    return f"the kink is at one or more of {len(places)} lines of {listed([*files])}, which linear.json lists"
+
+
 def step_rows(steps: list[StepResponse]) -> list[list[str]]:
-    return [[one.name, f"{100.0 * one.overshoot:.1f}", number(one.settling, ".2f")] for one in steps]
+    return [[one.name, f"{one.rest:.3g}", f"{100.0 * one.overshoot:.1f}", number(one.settling, ".2f")] for one in steps]
 
 
 FAINTEST, LOUDEST = -60.0, 60.0

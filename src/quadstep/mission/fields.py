@@ -182,10 +182,43 @@ def unit(mission: BaseModel, key: str) -> str:
     return found
 
 
+SAID = {
+    "wind.mean": "mean wind",
+    "wind.turbulence.wind_20": "wind at 20 ft",
+    "controller.nets.enabled": "nets",
+    "sensors.latency": "sensor latency",
+}
+"""What keys mean in words, where their names do not say it."""
+
+ALONG = {
+    **dict.fromkeys(("mean", "swing", "position", "velocity", "force", "start", "end", "centre"), "along"),
+    "inertia": "about",
+}
+"""Last names of keys with numbers for x, y and z, and how these are said."""
+
+
+def words(key: str) -> str:
+    """A key as a sentence has it.
+
+    >>> words("wind.mean.0"), words("sensors.gyro_noise"), words("controller.k_x"), words("events.1.share")
+    ('mean wind along x', 'gyro noise', 'k_x', 'events.1.share')
+    """
+    names = key.split(".")
+    *names, place = names if names[-1].isdecimal() else [*names, ""]
+    if any(one.isdecimal() for one in names):
+        return key
+    gain = names[0] == "controller" and (names[2:] or re.match(r"[a-zA-Z]_|[A-Z]", names[-1]))
+    inner = names[1:] if names[1:] and (names[0] == "sensors" or gain) else names
+    said = SAID.get(".".join(names), re.sub(r"(?<=[a-z]{2})_(?=[a-z]{2})", " ", " ".join(inner)))
+    if place and names[-1] in ALONG and int(place) < 3:
+        return f"{said} {ALONG[names[-1]]} {'xyz'[int(place)]}"
+    return f"{said}[{place}]" if place else said
+
+
 def label(mission: BaseModel, key: str) -> str:
-    """A key and its unit, as a person reads it."""
+    """A key in words, and its unit."""
     found = unit(mission, key)
-    return f"{key} [{prose(found)}]" if found else key
+    return f"{words(key)} [{prose(found)}]" if found else words(key)
 
 
 Checked = TypeVar("Checked", bound=BaseModel)

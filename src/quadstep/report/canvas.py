@@ -19,9 +19,10 @@ from matplotlib.font_manager import FontProperties, fontManager
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from quadstep.report.axes import described_svg, mark, typeset_decades
+from quadstep.report.axes import typeset_decades
 from quadstep.report.markup import FOR_FIGURES, TEXT
 from quadstep.report.sheet import Sheet
+from quadstep.report.told import described_svg, mark
 
 Numbers = NDArray[np.float64]
 

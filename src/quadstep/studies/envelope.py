@@ -9,12 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from quadstep.mission.fields import words
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.store import parquet
-from quadstep.studies.envelope_map import CAUSES, FLYABLE, Cells, cells_of, draw_map, table
+from quadstep.studies.envelope_map import CAUSES, FLYABLE, Cells, cells_of, draw_map, in_words, table
 from quadstep.studies.envelope_request import Request, as_typed
 from quadstep.studies.study import Flown, Study
 
@@ -83,7 +84,10 @@ def settings(request: Request) -> list[tuple[str, str]]:
     return [
         ("mission", str(request.campaign.defaults["name"])),
         *(
-            (axis.key, f"{len(axis.values)} values from {as_typed(axis.values[0])} to {as_typed(axis.values[-1])}")
+            (
+                words(axis.key),
+                f"{len(axis.values)} values of {axis.key} from {as_typed(axis.values[0])} to {as_typed(axis.values[-1])}",
+            )
             for axis in reversed(request.axes)
         ),
         ("flights per cell", str(request.flights)),
@@ -98,7 +102,7 @@ def panels(request: Request, cells: Cells) -> Iterator[MapPanel]:
         flyable, rmse = cells.flyable[place], cells.rmse[place][cells.flyable[place]]
         counts = zip(CAUSES, cells.causes[place].reshape(-1, len(CAUSES)).sum(axis=0).tolist(), strict=True)
         yield MapPanel(
-            f"{request.by.key} = {as_typed(request.by.values[place])}" if request.by else "",
+            in_words(request.by.key, request.by.values[place]) if request.by else "",
             flyable.size,
             int(flyable.sum()),
             float(cells.share[place].mean()),
@@ -133,7 +137,8 @@ def keys(request: Request) -> list[str]:
 def answer(envelope: Envelope) -> str:
     """How much of the map can be flown, in a sentence."""
     asked = envelope.asked
-    over = f"combination{'' if max(one.cells for one in envelope.panels) == 1 else 's'} of {asked.x.key} and {asked.y.key}"
+    plural = "" if max(one.cells for one in envelope.panels) == 1 else "s"
+    over = f"combination{plural} of {words(asked.x.key)} and {words(asked.y.key)}"
     if all(one.flyable == one.cells for one in envelope.panels):
         whole = f"Every one of the {envelope.panels[0].cells} {over} can be flown{asked.campaign.meaning}"
         return f"{whole}{most_of(asked)}: the limit lies outside this map or between its points.{idle(envelope)}"
@@ -148,7 +153,7 @@ def idle(envelope: Envelope) -> str:
     results = [cells.causes, cells.rmse, cells.mean, cells.largest]
     axes = [(0, asked.by), (1, asked.y), (2, asked.x)]
     keys = [
-        axis.key
+        words(axis.key)
         for place, axis in axes
         if axis
         and len(axis.values) > 1
@@ -196,5 +201,5 @@ def sentence(envelope: Envelope) -> str:
         for panel in envelope.panels
     ]
     same = "" if asked.random or asked.flights == 1 else " Nothing is random here: all flights of a cell are identical."
-    of = f"of {asked.x.key} and {asked.y.key}: {', '.join(parts)}{most_of(asked)}."
+    of = f"of {words(asked.x.key)} and {words(asked.y.key)}: {', '.join(parts)}{most_of(asked)}."
     return f"Flyable{asked.campaign.meaning} {of}{same}{idle(envelope)}"

@@ -23,10 +23,12 @@ from numpy.typing import NDArray
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.metrics.requirements import unit
 from quadstep.metrics.statistics import Estimate, share
-from quadstep.mission.fields import label
+from quadstep.mission.fields import label, words
 from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet
+from quadstep.report.told import ToldPlace, tell
+from quadstep.report.units import percent, quantity
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, value_column
 from quadstep.studies.envelope_request import MapAxis, Request, as_typed
@@ -40,6 +42,11 @@ CAUSES = (OVER_LIMIT, *OUTCOMES[1:])
 """Why a flight does not succeed: it completed, but failed by a limit of the user's; or it ended early."""
 
 MEDIAN, MEAN = (RMSE.replace("[", f"_{what}[") for what in ("median", "mean"))
+
+
+def in_words(key: str, value: float | str) -> str:
+    """A value of a key in words: "nets off", "path duration = 4"."""
+    return f"{words(key)} {'on' if value else 'off'}" if isinstance(value, bool) else f"{words(key)} = {as_typed(value)}"
 
 
 class Cells(NamedTuple):
@@ -189,7 +196,7 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet) -> None:
                 continue
             draw_panel(axes, request, cells, place, norm)
             if request.by:
-                axes.set_title(f"{label(mission, request.by.key)} = {as_typed(request.by.values[place])}")
+                axes.set_title(in_words(request.by.key, request.by.values[place]))
         for axes in grid.flat[max(0, count - columns) : count]:
             axes.set_xlabel(label(mission, request.x.key))
             axes.tick_params(labelbottom=True)
@@ -239,12 +246,33 @@ def draw_panel(axes: Axes, request: Request, cells: Cells, place: int, norm: Log
             axes.contour(
                 *centres, share, levels, colors="black", linewidths=1.2, linestyles=[CONTOURS[level] for level in levels]
             )
+    tell_cells(axes, request, cells, place)
     for axis, given in ((axes.xaxis, request.x), (axes.yaxis, request.y)):
         if given.ranged:
             axis.set_major_locator(MaxNLocator(7, steps=[1, 2, 5, 10]))
         else:
             every = -(-len(given.values) // LISTED_TICKS)
             axis.set_ticks(range(0, len(given.values), every), [as_typed(one) for one in given.values[::every]])
+
+
+MOST_TOLD = 3_000
+"""Cells of a panel that answer to the pointer."""
+
+
+def tell_cells(axes: Axes, request: Request, cells: Cells, place: int) -> None:
+    """What each cell of a panel is, for a report's reader who points at it."""
+    if cells.share[place].size > MOST_TOLD:
+        return
+    across, up = edges(request.x).tolist(), edges(request.y).tolist()
+    for (row, column), good in np.ndenumerate(cells.share[place]):
+        where = ((request.x, column), (request.y, row))
+        name = ", ".join(in_words(axis.key, axis.values[i]) for axis, i in where)
+        rmse, cause = float(cells.rmse[place, row, column]), int(cells.cause[place, row, column])
+        told = [("succeed", percent(float(good)))] if cells.flights > 1 else []
+        told += [("position RMSE", quantity(rmse, "m"))] if math.isfinite(rmse) else []
+        why = LOOKS[CAUSES[cause]][2] or "above a limit" if cause >= 0 else ""
+        told += [("most often" if cells.flights > 1 else "result", why)] if why else []
+        tell(axes, ToldPlace(across[column], across[column + 1], up[row], up[row + 1], name, told))
 
 
 def axis_ends(axis: MapAxis) -> tuple[float, float]:

@@ -45,9 +45,13 @@ def write_report(
     if left := mission.controller.left:
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(markup.verbatim("\n".join(left), whose))
-    said, kept = answer(log, metrics, why, counted + cut(mission)), log.outcome is not Outcome.COMPLETED and len(log.rows)
+    measured, kept = (
+        [*facts(metrics, counted), *own_facts(mission, metrics)],
+        log.outcome is not Outcome.COMPLETED and len(log.rows),
+    )
+    said = answer(log, metrics, why, counted + cut(mission))
     found = Evidence(
-        mission.name, "Flight", said, (), {}, facts(metrics, counted), drawn[:IN_SUMMARY], sections,
+        mission.name, "Flight", said, (), {}, measured, drawn[:IN_SUMMARY], sections,
         more=[of_log(log, ending)] if kept else [], warnings=warnings, fold=(),
     )  # fmt: skip
     path.write_text(found.html(path.parent), encoding="utf-8")
@@ -87,7 +91,7 @@ def of_log(log: FlightLog, ending: Metrics | None = None) -> str:
         known = [f"{name} {units.number(round(factor * state[name], 3))}" for name in names if name in state]
         said += [f"{', '.join(known)}{units.unit_suffix(unit)}"] if known else []
     ended = f"It ended at {'; '.join(said)}; more of that state is in" if said else "The state that ended it is in"
-    return f"All values are of that log, whose last row is at {log.column('t')[-1]:.6g} s. {ended} metrics.json."
+    return f"All numbers count up to the log's last row, at {log.column('t')[-1]:.6g} s. {ended} metrics.json."
 
 
 def facts(metrics: Metrics, counted: str = "") -> list[markup.Fact]:
@@ -114,6 +118,12 @@ def facts(metrics: Metrics, counted: str = "") -> list[markup.Fact]:
     if rest := rest_of(metrics):
         found.append(markup.Fact("margins at rest", rest["grade"], rest["why"]))
     return found
+
+
+def own_facts(mission: "Mission", metrics: Metrics) -> list[markup.Fact]:
+    """The metrics that the mission names, as far as the flight has them."""
+    named = ((units.metric(one.full_name), metrics.get(one.full_name)) for one in mission.own_metrics)
+    return [markup.Fact(words, units.quantity(value, unit)) for (words, unit), value in named if isinstance(value, float)]
 
 
 HEADER = ("", "RMSE", "largest", "final", "unit")

@@ -31,7 +31,7 @@ from quadstep.report.panels import jobs_to_draw, labels_of
 from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
-from quadstep.studies.flight_report import cut, error_rows, errors_since, of_log, write_report
+from quadstep.studies.flight_report import cut, error_rows, errors_since, of_log, own_facts, write_report
 
 REPORT = "report.html"
 
@@ -121,6 +121,7 @@ def fly_mission(
     diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
     summary = summarise(mission.name, log, metrics, warnings, judged, why, errors_since(mission) + cut(mission), ending)
+    summary = summary._replace(facts=[*summary.facts, *([one.what, one.value] for one in own_facts(mission, metrics))])
     if lost := plan.loop.controller.why_lost(plan.parameters.gains):
         return summary._replace(ending=f"{lost}. The log up to that point is kept.")
     if found is not None and not pilot.pilot:

@@ -12,9 +12,9 @@ from quadstep.proofs.plain import Mask, lengths
 
 
 def kind(c: FlightCertificate) -> str:
-    """diverged, conditions broken, untested, sign consistent or contradicted."""
+    """lost, conditions broken, untested, sign consistent or contradicted."""
     if c.outcome is not Outcome.COMPLETED:
-        return "diverged"
+        return "lost"
     if c.conditions.broken():
         return "conditions broken"
     if not c.outside.any():
@@ -58,7 +58,7 @@ def answer(c: FlightCertificate) -> str:
     """What a reader wants to know first, in a sentence; everything else is in the verdict."""
     if kind(c) == "sign consistent":
         return f"{ANSWERS[kind(c)]} ({c.outside.sum()} of {len(c.outside)})."
-    if kind(c) != "diverged":
+    if kind(c) != "lost":
         return f"{ANSWERS[kind(c)]}."
     ended, found = f"The flight was lost at {c.ended:.4g} s", c.conditions.broken()
     if not c.conditions.printed_hold:
@@ -70,12 +70,12 @@ def answer(c: FlightCertificate) -> str:
 
 def verdict(c: FlightCertificate) -> str:
     what, k = kind(c), c.conditions
-    if what == "diverged":
+    if what == "lost":
         printed = min(*k.position, *k.printed_anywhere)
         said = f"the printed conditions {'hold' if k.printed_hold else 'do not hold'} (smallest margin {printed:.4g})"
         found = k.broken()
         rest = f"; broken on this flight: {'; '.join(found)}" if found else f"; so do the corrected conditions: {margins(c)}"
-        return f"diverged: the flight ended at {c.ended:.4g} s; {said}{rest}; all numbers are from the first {c.until:.4g} s"
+        return f"lost: the flight ended at {c.ended:.4g} s; {said}{rest}; all numbers are from the first {c.until:.4g} s"
     if what == "conditions broken":
         return f"conditions broken: {'; '.join(k.broken())}; largest |r| of the flight {c.r.max():.4g}"
     if what == "untested":
@@ -92,6 +92,10 @@ def verdict(c: FlightCertificate) -> str:
 
 
 TERMS = ("dissipation", "residual", "learning", "coupling", "filtering")
+
+
+WORK = ("K_v", "eps", "weights", "coupling", "the command filter")
+"""The same, as the table says them."""
 
 
 def share(condition: Mask) -> float | None:
@@ -223,20 +227,20 @@ def table(c: FlightCertificate) -> list[list[str]]:
         ["largest thrust (coupling condition)", f"{k.thrust:.4g} N",
          f"< {brief(k.thrust_bound)} N; any attitude: {brief(k.thrust_bound_anywhere)} N"],
         ["K_min, smallest eigenvalue of K_v", brief(k.k_min), f"as printed: {k.k_min_printed:.4g}"],
-        ["W_B, eps_N of the ideal weights", f"{c.weight_bound:.4g}, {c.residual_bound:.4g}",
-         f"ridges {ridges}" if c.ideal.used else "no nets: zero weights"],
-        ["  by plain least squares", f"{plain['W_B']:.4g}, {plain['eps_N']:.4g}", f"b_r would be {brief(plain['b_r'])}"],
+        ["W_B of the ideal weights", f"{c.weight_bound:.4g}",
+         f"least squares: {plain['W_B']:.4g}; ridges {ridges}" if c.ideal.used else "no nets: zero weights"],
+        ["eps_N of the ideal weights", f"{c.residual_bound:.4g}",
+         f"least squares: {plain['eps_N']:.4g}, for which b_r is {brief(plain['b_r'])}"],
         ["largest |r|", brief(flight["largest_r"]), f"b_r = {brief(c.b_r)} (as printed {brief(c.b_r_printed)})"],
         ["largest |r| after the transient", brief(flight["largest_r_after_transient"]),
          f"from t = {brief(flight['transient_ends[s]'])} s, the first |r| <= b_r"],
         ["largest |W_tilde|", brief(flight["largest_W_tilde"]), f"b_w = {brief(c.b_w)}"],
         ["samples outside b_r, with L_dot < 0", f"{rate['samples_outside_b_r']} of {len(c.r)}",
          "-" if fell is None else f"{100.0 * fell:.4g} %"],
-        ["L, first and last", f"{rate['first[J]']:.4g}, {rate['last[J]']:.4g} J", f"largest {rate['largest[J]']:.4g} J"],
-        ["work on L of K_v, eps, weights, coupling",
-         ", ".join(f"{work[name]:.3g}" for name in TERMS[:4]) + " J", f"command filter's part {work['filtering']:.3g} J"],
+        ["L at the end", f"{rate['last[J]']:.4g} J", f"at first {rate['first[J]']:.4g} J, largest {rate['largest[J]']:.4g} J"],
+        *([f"work on L of {said}", f"{work[name]:.3g} J", "-"] for name, said in zip(TERMS, WORK, strict=True)),
         ["L_dot: formula against plant", brief(rate["formula_less_plant"]), "largest difference, share of the largest"],
         ["L_dot: formula against differences of L", brief(rate["formula_less_differenced_rms"]), "rms, share of the rms"],
-        ["coupling |r1| |delta| / K_min |r|^2", f"median {brief(coupling['median_ratio'])}",
+        ["coupling |r1| |delta| / K_min |r|^2, median", brief(coupling["median_ratio"]),
          f"largest {brief(coupling['largest_ratio'])}, ratio of means {brief(coupling['ratio_in_the_mean'])}"],
     ]  # fmt: skip

@@ -77,7 +77,7 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
         name=name,
         kind="Certificate",
         answer=answer(c),
-        sentences=[f"Verdict: {verdict}"],
+        sentences=[answer(c), f"In numbers: {verdict}."],
         record={"name": name, "version": __version__, "kind": kind(c), "verdict": verdict, "mission": mission},
         facts=facts(c),
         figures=[
@@ -89,7 +89,7 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
             )
         ],
         sections=[
-            TableSection("Measured values and bounds", "measured", HEADER, table(c), f"Verdict: {verdict}.", shown=name),
+            TableSection("Measured values and bounds", "measured", HEADER, table(c), f"In numbers: {verdict}.", shown=name),
             markup.note(
                 "Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."
             ),

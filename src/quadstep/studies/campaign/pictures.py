@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.report import units
-from quadstep.report.axes import CLEAR, STEPS, Powers, plain
+from quadstep.report.axes import CLEAR, STEPS, Powers, plain_decades
 from quadstep.report.canvas import drawing, margins, new_figure, wrapped, write
 from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.studies.campaign.varied import Bins, spans_decades
@@ -300,6 +300,9 @@ def logarithmic(axes: Axes, which: str = "x") -> None:
     axis = axes.xaxis if which == "x" else axes.yaxis
     low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
     decades = np.log10(high / low)
-    axis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0) if decades < 2.0 else (1.0,)))
-    axis.set_major_formatter(plain() if decades < 2.0 else Powers())
+    if decades < 2.0:
+        plain_decades(axis)
+        return
+    axis.set_major_locator(LogLocator(10.0, (1.0,)))
+    axis.set_major_formatter(Powers())
     axis.set_minor_locator(NullLocator())

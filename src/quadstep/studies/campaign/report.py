@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.io.run_record import FIGURES
 from quadstep.metrics.statistics import Estimate
-from quadstep.mission.fields import label
+from quadstep.mission.fields import label, words
 from quadstep.report import markup
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 from quadstep.report.panels import path_job
@@ -38,7 +38,8 @@ GLANCE: Mapping[str, Callable[[CampaignSummary], str]] = {
     "outcomes": text.most_often,
     "distributions": text.medians,
     "ranking": lambda _: (
-        "What explains the spread: the share of the variance [%] that each key explains on its own, with its interval."
+        "How much of the variance [%] each key explains on its own: grey, of the position RMSE; white, of failure. Red: its "
+        "95 % interval."
     ),
 }
 """Figures of the summary, if they are drawn, and what to see in them."""
@@ -123,7 +124,7 @@ def number(column: pa.ChunkedArray) -> NDArray[np.float64]:
 
 def distribution_section(of: ReportSubject, flown: pa.Table, through: NDArray[np.bool_]) -> list[Section]:
     """How the flights ended, and how far from the path they were."""
-    times = {name: number(flown[TIME])[over_as(flown, name)] for name in of.summary.outcomes if name != OUTCOMES[0]}
+    times = {text.lost(name): number(flown[TIME])[over_as(flown, name)] for name in of.summary.outcomes if name != OUTCOMES[0]}
     times = {name: some[np.isfinite(some)] for name, some in times.items()}
     if len(text.ended(of.summary)) > 1:  # one bar would say what the first sentence does
         draw_outcomes(of.folder / "outcomes", text.ended(of.summary), times, of.sheet)
@@ -163,7 +164,8 @@ def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[
     ranking = ranked(keys, {name: one.shares for name, one in found.items()})
     body: list[Section] = [TableSection("Sensitivity", "ranking")]
     if any(ranking.values()):
-        draw_ranking(of.folder / "ranking", dict(list(ranking.items())[: 2 * MOST_PICTURES]), of.sheet)
+        first = {words(key): ranking[key] for key in list(ranking)[: 2 * MOST_PICTURES]}
+        draw_ranking(of.folder / "ranking", first, of.sheet)
     body += text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()})
     body.append(text.keys(len(keys), MOST_PICTURES))
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
@@ -171,7 +173,7 @@ def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[
         name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
         shown, full = by_key(cut, success, rmse), label(campaign.mission, key)
         draw_key(of.folder / name, full, cut, shown, of.sheet)
-        body.append(figure(name, text.over_key(full, shown)))
+        body.append(figure(name, text.over_key(words(key), shown)))
     return body
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.statistics import Estimate, exact_share
-from quadstep.mission.fields import label
+from quadstep.mission.fields import label, words
 from quadstep.report import markup, units
 from quadstep.report.evidence import Section, TableSection
 from quadstep.report.publish import booktabs
@@ -81,12 +81,12 @@ def opening(store: Store, campaign: Campaign, summary: CampaignSummary, path: Pa
         *[("set up one by one", f"each flight, because {' and '.join(summary.singly)} {SINGLY}")][: len(summary.singly)],
         *(("machine", pairs(one)) for one in manifest["machines"]),
     ]
-    varied = [(label(campaign.mission, key), variation_text(file, key)) for key in file.keys]
+    varied = [(label(campaign.mission, key), key, variation_text(file, key)) for key in file.keys]
     return [
         TableSection("Campaign settings", "flown"),
         *paragraphs(sentences(summary)),
         TableSection(header=("", ""), rows=rows, set_as=escape),
-        TableSection(header=("what varies", "how"), rows=varied, set_as=escape),
+        TableSection(header=("what varies", "key", "how"), rows=varied, set_as=escape),
         markup.verbatim(campaign.text, f"campaign file {path.name}"),
     ]
 
@@ -101,19 +101,25 @@ def pairs(table: Mapping[str, object]) -> str:
     return ", ".join(f"{name} {value}" for name, value in table.items())
 
 
+def lost(outcome: str) -> str:
+    """An outcome other than completed, beside others."""
+    return f"lost: {outcome}"
+
+
 def ended(summary: CampaignSummary) -> dict[str, int]:
     """The number of flights by outcome; completed ones are split by whether they succeeded."""
     good = round(summary.success.value * summary.flights)
     completed = summary.outcomes.get(OUTCOMES[0], 0)
     counts = {SUCCEEDED: good, ABOVE: completed - good}
-    rest = sorted(((name, count) for name, count in summary.outcomes.items() if name != OUTCOMES[0]), key=lambda one: -one[1])
+    early = ((lost(name), count) for name, count in summary.outcomes.items() if name != OUTCOMES[0])
+    rest = sorted(early, key=lambda one: -one[1])
     return {name: count for name, count in (*counts.items(), *rest) if count or name == SUCCEEDED}
 
 
 def most_often(summary: CampaignSummary) -> str:
     """What to see of how the flights ended."""
     name, count = max(ended(summary).items(), key=lambda one: one[1])
-    early = " Right: the times [s] at which flights ended early." if len(summary.outcomes.keys() - {OUTCOMES[0]}) else ""
+    early = " Right: the times [s] at which flights were lost." if len(summary.outcomes.keys() - {OUTCOMES[0]}) else ""
     return f"Most often, in {count} of {units.counted(summary.flights, 'flight')}: {name}.{early}"
 
 
@@ -134,7 +140,7 @@ def over_key(key: str, shown: ByKey) -> str:
     shares = list(dict.fromkeys(units.percent(edge(one.value for one in shown.good.values())) for edge in (min, max)))
     return (
         f"Over {key}, {' to '.join(shares)} of a group's flights succeed (left, lines: 95 % intervals). Right: the position "
-        "RMSE of those that complete, its median and its middle 80 %."
+        "RMSE of those that complete, its median (black) and its middle 80 % (grey)."
     )
 
 
@@ -220,7 +226,7 @@ def ranking(
         clear = {key: one for key, one in shares.items() if one.low > 0.0}
         if clear:
             key = max(clear, key=lambda key: clear[key].value)
-            line = f"Of {name}, {key} explains most: {percent(clear[key])} % of the variance."
+            line = f"Of {name}, {words(key)} explains most: {percent(clear[key])} % of the variance."
         else:
             line = f"No single key explains a share of {name} that differs significantly from zero."
         if clear and not campaign.file.correlated:
@@ -229,12 +235,12 @@ def ranking(
             line += " the rest is due to interactions and noise."
         if pair and pair.share.low > 0.0:
             line += (
-                f" {pair.keys[0]} and {pair.keys[1]} together explain {percent(pair.share)} % more than each does alone"
+                f" {units.listed([*map(words, pair.keys)])} together explain {percent(pair.share)} % more than each does alone"
                 f"{f' (the strongest of {pair.pairs} pairs)' if pair.pairs > 1 else ''}."
             )
         lines.append(line)
     if campaign.file.correlated:
-        groups = "; ".join(", ".join(one.keys) for one in campaign.file.correlated)
+        groups = "; ".join(", ".join(map(words, one.keys)) for one in campaign.file.correlated)
         lines.append(
             "Correlated keys partly explain the same variance, so their shares overlap and may add up to more than "
             f"100 %: {groups}."
@@ -242,8 +248,10 @@ def ranking(
     body = paragraphs(lines)
     if any(estimates.values()):
         names = list(dict.fromkeys(name for one in estimates.values() for name in one))
-        rows = [(key, *(spanned(one[name]) if name in one else "–" for name in names)) for key, one in estimates.items()]
-        body.append(TableSection(header=("key", *(f"{name} [% of variance]" for name in names)), rows=rows, set_as=escape))
+        rows = [
+            (words(key), *(spanned(one[name]) if name in one else "–" for name in names)) for key, one in estimates.items()
+        ]
+        body.append(TableSection(header=("", *(f"{name} [% of variance]" for name in names)), rows=rows, set_as=escape))
         body.append(TableSection(text=FIRST_ORDER))
     return body
 

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import drawing, legend_columns, write
 from quadstep.report.sheet import COLUMN, Sheet
+from quadstep.report.told import ToldPlace, tell
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.words import LOST, share_lost, situation_caption, title, unit_of
+from quadstep.studies.comparison.words import LOST, interval_text, percent, share_lost, situation_caption, title, unit_of
 
 SHAPES, FACES = "osD^v<>ph*", ("black", "white", "#b2182b", "#2166ac")
 """Of marks: told apart by shape and fill."""
@@ -48,7 +49,9 @@ def draw_vehicle(path: Path, results: Comparison, vehicle: str, sheet: Sheet) ->
         for row, situation in enumerate(situations):
             for one in results.of(situation):
                 place = names.index(one.controller)
-                draw_result(axes, one, results.metric, -row * group - place * A_CONTROLLER, unit.factor, mark(place))
+                height = -row * group - place * A_CONTROLLER
+                draw_result(axes, one, results.metric, height, unit.factor, mark(place))
+                tell_result(axes, one, results, height)
         for place, name in enumerate(names):
             shape, face = mark(place)
             axes.plot([], [], linestyle="", marker=shape, color="black", markerfacecolor=face, label=name)
@@ -82,6 +85,18 @@ def draw_result(axes: Axes, one: SituationResult, metric: str, height: float, fa
         axes.plot([low, top], [height, height], color="black", linewidth=1.6, zorder=2)
     shape, face = looks
     axes.plot(value, height, marker=shape, color="black", markerfacecolor=face, markersize=4.0, linestyle="", zorder=3)
+
+
+def tell_result(axes: Axes, one: SituationResult, results: Comparison, height: float) -> None:
+    """What a point is, for a report's reader who points at it."""
+    full, spread = results.metrics[results.metric], one.spreads[results.metric]
+    factor = unit_of(full).factor
+    at, low, high = (factor * part for part in spread.median)
+    if math.isfinite(at):
+        left, right = (value if math.isfinite(value) else at for value in (low, high))
+        said = [(title(full), interval_text(spread.median, factor)), (results.high, interval_text(spread.high, factor))]
+        said += [("lost", percent(one.lost))] if one.lost.value else []
+        tell(axes, ToldPlace(left, right, height, height, f"{one.controller}, {situation_caption(one.situation)}", said))
 
 
 def scaled(axes: Axes) -> None:

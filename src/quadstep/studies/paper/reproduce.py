@@ -223,7 +223,7 @@ def stress_cell(metrics: Metrics) -> str:
     if completed(metrics):
         error, tilt = metric(metrics, "position_rmse[m]"), metric(metrics, "largest_tilt[rad]")
         return f"{units.quantity(error, 'm')}, {math.degrees(tilt):.3g}°"
-    return f"diverged at {metric(metrics, 'ended[s]'):.2f} s: {str(metrics['outcome']).replace('_', ' ')}"
+    return f"lost at {metric(metrics, 'ended[s]'):.2f} s: {str(metrics['outcome']).replace('_', ' ')}"
 
 
 def short(value: float) -> str:
@@ -300,7 +300,7 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
             markup.links([("page.html", "Fly these flights in your browser")]) if flying else "",
             TableSection("What the paper claims, and what was measured", "claims",
                   ("claim", "the paper's sentence", "measured", "verdict"), judged),
-            markup.heading("Its figures, flown", "figures"),
+            markup.heading("The paper's figures, flown again", "figures"),
             *(Figure(figure_name(n), f"Fig. {n}: {caption}") for n, caption in CAPTIONS.items()),
             TableSection("The cases in numbers", "cases", CASES_HEADER, case_rows(study)),
             TableSection("Case 3 from other starts and with other gains of [11]", "starts", start_header, start_rows,

@@ -12,6 +12,7 @@ from quadstep.io.run_record import FIGURES
 from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import Case
+from quadstep.mission.fields import words
 from quadstep.report import markup, units
 from quadstep.report.axes import Powers
 from quadstep.report.canvas import drawing, margins, new_figure, write
@@ -94,7 +95,10 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
             TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)]),
             nearest(summary),
             TableSection("Settings", "flown", ("", ""), flown),
-            TableSection(header=("what varies", "how"), rows=[(key, variation_text(file, key)) for key in file.keys]),
+            TableSection(
+                header=("what varies", "key", "how"),
+                rows=[(words(key), key, variation_text(file, key)) for key in file.keys],
+            ),
             TableSection("How to read this", "reading", text=READING[0]),
             *(TableSection(text=line) for line in READING[1:]),
         ],

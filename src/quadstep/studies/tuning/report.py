@@ -224,7 +224,7 @@ def draw_gains(axes: Axes, request: TuningRequest, result: SearchResult) -> None
 
 def gain_range(request: TuningRequest, one: TunedGain) -> str:
     """A gain, its unit and its range."""
-    return f"{label(request.mission, one.key).removeprefix('controller.')}: {one.range.low:.4g} to {one.range.high:.4g}"
+    return f"{label(request.mission, one.key).removeprefix('controller ')}: {one.range.low:.4g} to {one.range.high:.4g}"
 
 
 def leaders(result: SearchResult) -> list[Candidate]:
