@@ -154,7 +154,7 @@ def flown_study(study: PaperStudy, plans: StudyPlans, claims: Sequence[ClaimView
         name, title = key.replace(" ", "-"), key.replace("case", "Case ")
         add(name, title, VARIANTS, mission, plans.further[key], study.further[key], None)
     for (duration, scale, nets), mission in stress_flights().items():
-        title = f"{duration:g} s, disturbance x {scale:g}, nets {'on' if nets else 'off'}"
+        title = f"{duration:g} s, disturbance × {scale:g}, nets {'on' if nets else 'off'}"
         case = (duration, scale, nets)
         add(stress_id(*case), title, STRESS, mission, plans.stress[case], study.stress[case], None)
         cell = Cell(f"Nets {'on' if nets else 'off'}", f"× {scale:g}", f"{duration:g} s", "disturbance", "time t_f")
