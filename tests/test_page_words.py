@@ -128,6 +128,9 @@ def test_what_is_said_of_a_lost_vehicle_stands_beside_it(open_page, width, heigh
 def test_warnings_are_sentences(open_page):
     page = open_page("#flight=weak")
     warnings = page.locator("#story .why").all_inner_texts()
-    assert warnings[0] == "Warning: vehicle.rotors.limits: four rotors lift at most 8 N, the weight is 9.81 N."
+    assert (
+        warnings[0].replace("\u00a0", " ")
+        == "Warning: vehicle.rotors.limits: four rotors lift at most 8 N, the weight is 9.81 N."
+    )
     assert len(warnings) > 1
     assert all(re.fullmatch(r"[A-Z][^\n]+[^.]\.", warning) for warning in warnings)

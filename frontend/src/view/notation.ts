@@ -31,6 +31,7 @@ const SYMBOL = /(?<![\p{L}\p{N}_.])(\p{L}+)(\d?)((?:_[\p{L}\p{N}]+)*)(?![\p{L}\p
 const LETTER = /^\p{L}/u;
 const WORD = /^(\p{Ll}{2,}|a)(?![\p{L}\p{N}_])/u;
 const UNIT = /^(u?m|s|N)$/;
+const UNIT_APART = /(?<=\d) (?=([µmk]?m|s|N|kg|rad|%)(?![\p{L}\p{N}]))/gu; // a line must not end there
 const PARAMETER = /^\p{Lu}{2,}_/u; // of an autopilot: MC_ROLLRATE_P is written so
 
 /** Text in pieces, subscripts by themselves. */
@@ -50,7 +51,7 @@ export function pieces(text: string): Piece[] {
     done = match.index + whole.length;
   }
   found.push({ text: text.slice(done), low: false });
-  return found.filter((piece) => piece.text).map((piece) => ({ ...piece, text: prose(piece.text) }));
+  return found.filter((piece) => piece.text).map((piece) => ({ ...piece, text: prose(piece.text).replace(UNIT_APART, "\u00a0") }));
 }
 
 /** Text with signs set properly: a minus between spaces, micro, squares. */
