@@ -7,6 +7,7 @@ import numpy as np
 
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.verdict import FlightGrade, graded
 from quadstep.mission.schema import Mission
 from tests.challenge.search import Attempt, Search
@@ -67,7 +68,60 @@ def far_off(seed: int) -> Iterable[Attempt]:
         yield Attempt(off / 3.0 if asked else 0.0, f"{where}: {off:.3g} m off")
 
 
+LAWS = {"pid": "rate", "geometric": "k_Omega"}
+"""Laws, and their gain of the rates [1/s]: from some value on, a limit cycle."""
+
+STILL, STRONG = math.radians(4.0), math.radians(6.5)
+"""Below the first, an axis does not shake; above the second it does: `shaking` weighs swings of 2 Hz and more by 0.87
+to 1.22.
+"""
+
+
+def swinging(log: FlightLog) -> tuple[float, float]:
+    """RMS angle [rad] of the thrust's axis in the second half of a flight, by its spectrum: of all but its mean, and of what
+    is faster than 2 Hz.
+    """
+    t, (w, x, y, z) = log.column("t"), log.table("q_w", "q_x", "q_y", "q_z").T
+    late = slice(len(t) // 2, None)
+    lean = np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x)], axis=1)[late]
+    lines = np.fft.rfft(lean - lean.mean(axis=0), axis=0)
+    fast = np.fft.rfftfreq(len(lean), float(t[1] - t[0])) > 2.0
+    every, quick = (math.sqrt(2.0 * float((np.abs(one) ** 2).sum())) / len(lean) for one in (lines, lines[fast]))
+    return every, quick
+
+
+def shakes(seed: int) -> Iterable[Attempt]:
+    """Hovers and slow circles, calm, in turbulence and in a gust, by gains from dull to ones that oscillate."""
+    random = np.random.default_rng(seed)
+    while True:
+        vehicle, law = str(random.choice(VEHICLES)), str(random.choice(list(LAWS)))
+        radius, gain = float(random.choice([0.0, 1.0])), float(8.0 * 40.0 ** random.uniform())
+        wind, gust = float(random.choice([0.0, 5.0, 10.0])), float(random.choice([0.0, 8.0]))
+        circle = {"type": "circle", "centre": [0.0, 0.0, 9.0], "radius": radius, "period": 10.0, "ramp": 2.0}
+        hover = {"type": "step", "start": [0.0, 0.0, 9.0], "end": [0.0, 0.0, 9.0], "duration": 2.0}
+        air: dict[str, object] = {"mean": [wind, 0.0, 0.0]}
+        air |= {"turbulence": {"wind_20": wind}} if wind else {}
+        air |= {"gust": {"velocity": [0.0, gust, 0.0], "start": 5.0, "length": 1.0}} if gust else {}
+        content = {
+            "vehicle": {"preset": vehicle},
+            "path": circle if radius else hover,
+            "wind": air,
+            "controller": {"type": law, LAWS[law]: gain},
+            "simulation": {"duration": 8.0},
+        }
+        mission = Mission.model_validate(content)
+        log = fly(mission.plan())
+        if log.outcome is not Outcome.COMPLETED:
+            continue
+        every, quick = swinging(log)
+        called = any("swung" in one for one in graded(mission.flight_metrics(log)[0]).reasons)
+        said = f"{vehicle}, {law}, {gain:.6g}/s, radius {radius:g} m, wind {wind:g}, gust {gust:g} m/s: swings by "
+        said += f"{math.degrees(every):.3g} degrees rms, {math.degrees(quick):.3g} faster than 2 Hz; called shaking: {called}"
+        yield Attempt(2.0 if (called and every < STILL) or (quick > STRONG and not called) else 0.0, said)
+
+
 SEARCHES = [
     Search("as asked, a lost rotor", "no flight that loses a rotor 0.1 s before its end or earlier is as asked", lost_rotors),
     Search("as asked, far off", "no flight that is off its path by more than 3 m on average is as asked", far_off, bound=True),
+    Search("shaking", "a flight is called shaking if its thrust's axis shakes, and not if it does not", shakes),
 ]

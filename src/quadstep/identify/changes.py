@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.excited import Excited
-from quadstep.identify.measured import HIDDEN, MeasuredLoop, measured
+from quadstep.identify.measured import MeasuredLoop, measured
 from quadstep.identify.peaks import STANDS, Peak, free_notch, highest, unfit
 from quadstep.identify.plant import IdentifiedPlant
 from quadstep.identify.rate_loops import Filter, RateLoop
@@ -93,7 +93,7 @@ def factor_range(factor: float, whole: Iterable[float]) -> list[float]:
 def changes(flight: Excited, now: MeasuredLoop, behind: IdentifiedPlant | None) -> Advice | None:
     """What the log advises, and what becomes with it of what noise may hide."""
     if (advice := chosen(flight, now, behind)) and behind:
-        hidden = behind.hidden.scaled(float(np.max(np.abs(factors(flight, advice, [behind.hidden.at])))))
+        hidden = behind.hidden.scaled(factors(flight, advice, behind.hidden.omega))
         advice = advice._replace(expected=advice.expected._replace(hidden=hidden))
     return advice
 
@@ -106,16 +106,18 @@ def chosen(flight: Excited, now: MeasuredLoop, behind: IdentifiedPlant | None) -
     gains = (flight.loop and flight.loop.whole_gains and flight.loop.gains(flight.parameters)) or {}
     if flight.loop is None:
         return advised(flight.measured) if now.fragile else None
-    if (advice := tuned(flight, flight.loop, now, behind, [{}])) and within_limits(flight, advice):
+    if (advice := tuned(flight, flight.loop, now, behind, [{}])) and within_limits(flight, advice, behind):
         return advice
     if now.fragile and (advice := advised(flight.measured, gains.values(), least=factor_limits(flight, flight.loop)[0])):
         return advice
-    tried = raised(flight, flight.loop) if now.fragile else lowered(flight, flight.loop) if now.sound else ()
-    if advice := next((one for one in tried if within_limits(flight, one)), None):
+    tried = raised(flight, flight.loop, behind) if now.fragile else lowered(flight, flight.loop) if now.sound else ()
+    if advice := next((one for one in tried if within_limits(flight, one, behind)), None):
         return advice
     slower = {flight.loop.attitude: 1.0 / STEP} if flight.levelled else {}
     for steps in (slower, {**slower, flight.loop.integral: STEP**-2}):
-        if (advice := tuned(flight, flight.loop, now, behind, stepped(flight, steps))) and within_limits(flight, advice):
+        if (advice := tuned(flight, flight.loop, now, behind, stepped(flight, steps))) and within_limits(
+            flight, advice, behind
+        ):
             return advice
     return None
 
@@ -133,18 +135,21 @@ def tuned(
     for other, response in changed_responses(flight, loop, tried, behind.loop):
         end = float(np.interp(flight.measured.omega[-1], response.omega, np.abs(response.opened)))
         least, largest = factor_limits(flight, loop, other)
-        most = max(min(UNHEARD / end, NOISY / loud(flight), HIDDEN / behind.hidden.gain, largest), 1.0)
+        room = behind.hidden.room(ratio(flight, loop, other, behind.hidden.omega))
+        most = min(max(min(UNHEARD / end, NOISY / loud(flight), largest), 1.0), room)
         if advice := advised(response, (), most, least):
             expected = advice.expected._replace(by_plant=True)
             worth = poor or (advice.factor >= WORTH and not other)
-            held = 1.0 < HIDDEN / behind.hidden.gain < advice.factor * FINE
+            held = 1.0 < room < advice.factor * FINE
             others = parameter_changes(flight, other)
             return Advice(advice.factor, expected, others, advice.factor, held) if worth else None
     return None
 
 
-def raised(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
-    """Sound loops with a higher cut-off, the least step first, and smaller gains if it needs them too."""
+def raised(flight: Excited, loop: RateLoop, behind: IdentifiedPlant | None) -> Iterator[Advice]:
+    """Sound loops with a higher cut-off, the least step first, and smaller gains if it needs them too, or if it would take
+    what noise may hide further than `HiddenResonance.room`.
+    """
     higher = (stepped(flight, {one.name: STEP}) for one in logged_low_passes(flight, loop))
     kept = [list(changed_responses(flight, loop, tried, flight.measured)) for tried in higher]
     least = factor_limits(flight, loop)[0]
@@ -152,8 +157,10 @@ def raised(flight: Excited, loop: RateLoop) -> Iterator[Advice]:
         for found in kept:
             if place < len(found):
                 other, response = found[place]
+                room = behind.hidden.room(ratio(flight, loop, other, behind.hidden.omega)) if behind else math.inf
                 then = measured(response)
-                advice = Advice(1.0, then) if then.sound else advised(response, least=least) if then.fragile else None
+                enough = then.sound and room >= 1.0
+                advice = Advice(1.0, then) if enough else advised(response, (), min(room, 1.0), least)
                 louder = growth(flight, loop, other)
                 if advice and louder * loud(flight) <= NOISY:
                     yield advice._replace(others=parameter_changes(flight, other), louder=louder)
@@ -314,11 +321,14 @@ def quieter(flight: Excited, other: dict[str, float]) -> float:
     return float(np.sqrt(after.sum() / power.sum()))
 
 
-def within_limits(flight: Excited, advice: Advice) -> bool:
+def within_limits(flight: Excited, advice: Advice, behind: IdentifiedPlant | None) -> bool:
     """Whether there are no more than three changes besides switches of a notch, none of which scales only part of the command,
-    and each other axis whose command passes the same low-pass is measured and sound with it too.
+    none lets a resonance that noise may hide grow too far, and each other axis whose command passes the same low-pass is
+    measured and sound with it too.
     """
     assert flight.loop
+    if behind and behind.hidden.room(factors(flight, advice, behind.hidden.omega)) < 1.0 - 1e-9:
+        return False
     scaled = advice.factor != 1.0
     switches = [one for one in advice.others if flight.loop.notches.switches(one)]
     if len(advice.others) - len(switches) + scaled > MOST or (

@@ -40,14 +40,9 @@ NARROW, NARROWEST = 0.01, 0.3
 1 % is twice as wide. Wider ones hide it, narrower ones are noise.
 """
 
-TAPER, NEIGHBOURS = 0.05, 8
+TAPER, NEIGHBOURS = 0.05, 20
 """Share of the flight over which it fades in, and out, as the edges of a record would cover the noise; bands on either side of
-one, whose median it is compared with.
-"""
-
-TREND, FEWEST_BANDS = 3, 30
-"""Degree of the polynomial that is taken from the noise's logarithm: a gyro's own noise is as smooth, a resonance is not; and
-fewest bands that tell.
+one, with whose median it is compared: enough that a resonance damped by a tenth is less than half of them.
 """
 
 
@@ -77,8 +72,8 @@ class IdentifiedPlant(NamedTuple):
             )
         return (
             f"The plant that explains it: {effect:.3g} rad/s² of the whole command, with a lag of {1e3 * lag:.3g} ms and a "
-            f"delay of {1e3 * delay:.3g} ms. It predicts the loop beyond what was excited, except for resonances there: by "
-            f"the noise in the command, their gain is at most about {self.hidden.gain:.2g}, give or take 4 dB."
+            f"delay of {1e3 * delay:.3g} ms. It predicts the loop beyond what was excited, apart from "
+            f"{self.hidden.words.removesuffix(',')}."
         )
 
     def as_json(self) -> dict[str, float]:
@@ -134,28 +129,24 @@ def hidden_resonance(flight: Excited, control: Callable[[Complex], Complex], loo
     Noise passes the loop times 1 / |1 + L|: at a resonance it stands by 1 / (1 - |L|) or more over what the loop without it
     leaves.
     """
-    omega = 2.0 * np.pi * np.fft.rfftfreq(len(flight.command), flight.period)
-    size, every = len(flight.command), omega > flight.beyond
-    omega = omega[every]
+    size = len(flight.command)
+    omega = 2.0 * np.pi * np.fft.rfftfreq(size, flight.period)
+    above = omega > flight.beyond
+    omega = omega[above]
     width = np.maximum(NARROW * omega, 2.0 * np.pi * NARROWEST)
     bands = np.unique(np.floor(np.cumsum(2.0 * np.pi / (flight.period * size) / width)), return_inverse=True)[1]
-    if not len(bands) or bands[-1] < FEWEST_BANDS:
-        return HiddenResonance(1.0, flight.beyond)
+    if not len(bands) or bands[-1] < 2 * NEIGHBOURS:
+        return HiddenResonance(np.ones(2), np.array([flight.beyond, np.pi / flight.period]))
     count, sensitivity = np.bincount(bands), np.interp(omega, loop.omega, loop.sensitivity)
     middle, left = (np.bincount(bands, one) / count for one in (omega, np.abs(sensitivity)))
-    made = np.abs(control(1j * middle.astype(np.complex128)) * left) ** 2
-
-    def noise(window: Floats) -> Floats:
-        u, d = (np.fft.rfft(window * (one - one.mean()))[every] for one in (flight.command, flight.excitation))
-        return np.log(np.maximum(np.bincount(bands, np.abs(u - sensitivity * d) ** 2) / count, 1e-300) / made)
-
     ends = np.minimum(np.arange(size), np.arange(size)[::-1]) / (TAPER * size)
-    whole, tapered = noise(np.ones(size)), noise(np.sin(0.5 * np.pi * np.minimum(ends, 1.0)) ** 2)
-    stands = whole - np.polynomial.Polynomial.fit(np.log(middle), whole, TREND, w=np.sqrt(count))(np.log(middle))
-    near = np.median(np.lib.stride_tricks.sliding_window_view(tapered, 2 * NEIGHBOURS + 1), axis=1)
-    inner = slice(NEIGHBOURS, -NEIGHBOURS)
-    stands[inner] = np.maximum(stands[inner], tapered[inner] - near)
-    return HiddenResonance(1.0 - float(np.exp(-0.5 * stands.max())), float(middle[stands.argmax()]))
+    fade = np.sin(0.5 * np.pi * np.minimum(ends, 1.0)) ** 2
+    u, d = (np.fft.rfft(fade * (one - one.mean()))[above] for one in (flight.command, flight.excitation))
+    made = np.abs(control(1j * middle.astype(np.complex128)) * left) ** 2
+    noise = np.log(np.maximum(np.bincount(bands, np.abs(u - sensitivity * d) ** 2) / count, 1e-300) / made)
+    around = np.pad(noise, NEIGHBOURS, "reflect", reflect_type="odd")
+    stands = noise - np.median(np.lib.stride_tricks.sliding_window_view(around, 2 * NEIGHBOURS + 1), axis=1)
+    return HiddenResonance(1.0 - np.exp(-0.5 * np.maximum(stands, 0.0)), middle)
 
 
 def turned(values: Floats, omega: Floats) -> Complex:
