@@ -84,7 +84,8 @@ def swinging(log: FlightLog) -> tuple[float, float]:
     t, (w, x, y, z) = log.column("t"), log.table("q_w", "q_x", "q_y", "q_z").T
     late = slice(len(t) // 2, None)
     lean = np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x)], axis=1)[late]
-    lines = np.fft.rfft(lean - lean.mean(axis=0), axis=0)
+    fade = np.hanning(len(lean))[:, None]  # without, what is slow leaks into what is fast
+    lines = np.fft.rfft(fade * (lean - lean.mean(axis=0)), axis=0) / math.sqrt(float((fade**2).mean()))
     fast = np.fft.rfftfreq(len(lean), float(t[1] - t[0])) > 2.0
     every, quick = (math.sqrt(2.0 * float((np.abs(one) ** 2).sum())) / len(lean) for one in (lines, lines[fast]))
     return every, quick
