@@ -17,7 +17,7 @@ from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.nearby import MOVED
 from quadstep.linear.run import off_the_step, record
 from quadstep.linear.states import states, with_states
-from quadstep.linear.tables import sentences
+from quadstep.linear.tables import kinks, sentences
 from quadstep.linear.transfer import frequencies, opened, transfer
 from quadstep.linear.worst import cells, facts, grades
 from quadstep.numbers import Vector, vector, where
@@ -406,3 +406,9 @@ def test_a_step_is_judged_by_where_it_rests_and_one_that_rests_elsewhere_is_said
         other = StepResponse("x", "m", t, values)
         assert (other.rest, other.settling) == (1.0, np.inf)
     assert not off_the_step([StepResponse("x", "m", t, 1.0 - np.exp(-t))])
+
+
+def test_many_kinks_are_counted_and_few_are_named():
+    places = [f"{file}.py, line {line}" for file in ("law", "mixer") for line in (1, 2)]
+    assert kinks(places[:2]) == "the kink is in law.py, line 1 or law.py, line 2"
+    assert kinks(places) == "the kink is at one or more of 4 lines of law.py and mixer.py, which linear.json lists"

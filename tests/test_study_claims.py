@@ -228,7 +228,7 @@ def test_a_wide_range_holds_if_no_flight_with_nets_diverges(doctored):
     doctored.study.stress[10.0, 1.0, True]["outcome"] = "spinning"
     claim = doctored.claim(name)
     assert claim.verdict is ClaimVerdict.FAILS
-    assert "1 of 6 diverge at scale 1" in claim.measured
+    assert "1 of 6 are lost at scale 1" in claim.measured
 
 
 def by_neurons(study, errors):

@@ -165,7 +165,7 @@ def wide_range(study: PaperStudy) -> Claim:
         "a wide range of nonlinearities",
         "NN backstepping controller gives satisfactory results for a wide range of nonlinearities.",
         "of the stress flights with nets "
-        + ", ".join(f"{count} of {len(STRESS_TIMES)} diverge at scale {scale:g}" for scale, count in by_scale.items())
+        + ", ".join(f"{count} of {len(STRESS_TIMES)} are lost at scale {scale:g}" for scale, count in by_scale.items())
         + (f"; without nets the controller survives {' and '.join(hurt)}" if hurt else ""),
         judge(not lost),
         {"diverged_by_scale": {f"{scale:g}": count for scale, count in by_scale.items()}, "nets_hurt": hurt},

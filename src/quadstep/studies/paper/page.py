@@ -83,7 +83,7 @@ LOOKS = {
     "larger early transients": Spot(BOTH_3, ("attitude", "torque"), "The first second."),
     "transients caused by the nets": Spot(
         ("case3-adaptive", "case3-without-nets"), ("torque", "weights"), "The first second, with and without nets."),
-    "a wide range of nonlinearities": Spot(STRESS_NETS, ("position", "weights"), "When each flight diverges, and why."),
+    "a wide range of nonlinearities": Spot(STRESS_NETS, ("position", "weights"), "When each flight is lost, and why."),
     "8 neurons are worse than 10": Spot(("case1", stress_id(6.0, 1.0, True)), ("position-error",), TURN_NEURONS),
     "12 neurons are no better than 10": Spot(("case1", stress_id(6.0, 1.0, True)), ("position-error",), TURN_NEURONS),
 }  # fmt: skip
