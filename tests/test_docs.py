@@ -242,6 +242,10 @@ def test_a_page_gets_output_links_and_what_flew(tmp_path):
     assert (
         "<text>t</text>" in drawn and "<figcaption>What to see</figcaption>" in drawn
     )  # with the site's type, not an image's
+    formula = with_flights("<!-- figure: out/x.svg | Where $r_1$ is 0 -->", tmp_path, tmp_path / "static", "lessons/a.md")
+    assert "<figcaption>Where <math>" in formula
+    long = with_listings("# T\n\n    quadstep vehicles\n", [Ran(3, "ran", "a\n" * 99 + "Verdict\n", 0.1)], showing=True)
+    assert "more lines" in long and long.rstrip().endswith("Verdict\n```")
     assert "Further" in with_further("a\n\n<!-- further -->", ["a.md", "new.md"])
     assert "lessons" not in with_further("<!-- further -->\nlessons/index\n", ["new.md", "lessons/a.md"]).split("```")[1]
 

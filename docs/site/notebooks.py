@@ -23,7 +23,7 @@ ANSWERS, SOLVED = "## Answers", "<details><summary>4</summary>"
 
 OWN = """## Your solutions
 
-Exercises 4 and 5 grade themselves: write a mission in the first cell of each, and run the second. Their answers are on the
+These exercises grade themselves: write a mission in the first cell of each, and run the second. Their answers are on the
 lesson's page."""
 
 

@@ -17,6 +17,8 @@ from typing import Any, NamedTuple
 from docs.site.checking import check_toml
 from docs.site.listings import Kind, Listing, listings
 from docs.site.pages import DOCS, ROOT, name_of
+from quadstep.report.canvas import drawing
+from quadstep.report.sheet import Sheet
 
 LONGEST = 900
 """Of a listing [s]."""
@@ -76,9 +78,9 @@ def shell(command: str, wanted: int, folder: Path) -> str:
 
 
 def python(text: str, source: str, names: dict[str, Any]) -> str:
-    """What a Python listing prints; `names` are those of the page so far."""
+    """What a Python listing prints; `names` are those of the page so far. Its figures get the style of the reports."""
     printed = io.StringIO()
-    with contextlib.redirect_stdout(printed):
+    with contextlib.redirect_stdout(printed), drawing(Sheet()):
         exec(compile(text, source, "exec"), names)
     return printed.getvalue()
 

@@ -12,6 +12,8 @@ from docs.site.pages import DOCS, ROOT, pages
 from docs.site.reference import commands, equations, files, keys, python
 from docs.site.running import Ran
 from quadstep.report.markup import figure
+from quadstep.report.mathml import typeset
+from quadstep.report.units import rich
 
 LEXERS = {Kind.SHELL: "bash", Kind.TOML: "toml", Kind.PYTHON: "python", Kind.TEXT: "text"}
 
@@ -21,8 +23,8 @@ SHOWING = ("tutorials", "lessons")
 FEWEST_SECTIONS = 4
 """Of a page that lists them."""
 
-MOST_LINES = 40
-"""Of a command's output."""
+MOST_LINES, LAST_LINES = 60, 10
+"""Of a command's output; of a longer one the last are shown too, for there the verdict is."""
 
 
 MENTION = re.compile(
@@ -46,7 +48,8 @@ def output_of(ran: Ran) -> list[str]:
     """What a command printed, as it stands below it."""
     lines = [line.rstrip() for line in ran.output.strip("\n").splitlines()]
     if len(lines) > MOST_LINES:
-        lines = [*lines[: MOST_LINES - 1], f"... {len(lines) - MOST_LINES + 1} more lines"]
+        left_out = len(lines) - MOST_LINES + 1
+        lines = [*lines[: MOST_LINES - LAST_LINES - 1], f"... {left_out} more lines", *lines[-LAST_LINES:]]
     return ["", "```{code-block} text", ":class: printed", *lines, "```"] if lines else []
 
 
@@ -140,7 +143,7 @@ def with_flights(text: str, folder: Path | None, static: Path, place: str) -> st
         if kind == "page":
             shown = os.path.relpath("flown", Path(place).parent)
             return embedded("#".join((f"{shown}/{name}", *anchor)), caption)
-        return f"```{{raw}} html\n{figure(static / name, caption)}\n```"
+        return f"```{{raw}} html\n{figure(static / name, caption, set_as=partial(typeset, around=rich))}\n```"
 
     return MARK.sub(put, text)
 

@@ -12,9 +12,10 @@ from pydantic import BeforeValidator, Field
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError, unknown_name
-from quadstep.linear.grade import Grade, grade
-from quadstep.metrics.registry import SOUND
+from quadstep.linear.grade import Grade, grade, margin_metrics
+from quadstep.metrics.registry import MARGINS, SOUND
 from quadstep.metrics.requirements import Requirement, judge, quantity, with_full_names
+from quadstep.metrics.requirements import unit as unit_of
 from quadstep.metrics.verdict import Case, scalars
 from quadstep.mission.check import check
 from quadstep.mission.fields import Finite, Name, Section, as_tuple, dotted, key_parts, plain, unit
@@ -30,8 +31,9 @@ HARMLESS = ("name", "tune")
 
 class LessonTask(Section):
     """What a mission has to do. same: values that its keys must have; free: keys that a student may change, beside those with
-    limits: all others must be as they are by default (None: any may be changed); most: limits of metrics of its flight, or of
-    its keys and all their entries, in SI units; grade: of its loop at rest; own: whether its controller must be the student's.
+    limits: all others must be as they are by default (None: any may be changed); most, least: limits of metrics of its flight,
+    of margins of its loop at rest, or of its keys and all their entries, in SI units; lost: whether the flight has to be lost;
+    grade: of its loop at rest; own: whether its controller must be the student's.
     """
 
     name: Name
@@ -40,6 +42,8 @@ class LessonTask(Section):
     same: dict[str, object] = Field(default_factory=dict)
     free: Annotated[tuple[str, ...] | None, BeforeValidator(as_tuple)] = None
     most: dict[str, Finite] = Field(default_factory=dict)
+    least: dict[str, Finite] = Field(default_factory=dict)
+    lost: bool = False
     grade: Annotated[str, Field(pattern="^(sound|fragile)?$")] = ""
     own: bool = False
 
@@ -87,7 +91,9 @@ def check_tasks(tasks: list[LessonTask], mission: Mission) -> list[CheckedTask]:
         return [CheckedTask(one, cases, True) for one, cases in zip(tasks, strange, strict=True)]
     flight, rest = fly(mission), any(one.grade for one in tasks)
     lost = None if flight.outcome is Outcome.COMPLETED else f"was lost at {flight.ended:g} s"
-    measured = MeasuredMission(scalars(flight.metrics()), grade(mission) if rest else None, lost)
+    named = {name for one in tasks for name in (*one.most, *one.least) if name in MARGINS}
+    margins = {name + MARGINS[name]: size for name, size in margin_metrics(mission, named).items()} if named else {}
+    measured = MeasuredMission({**scalars(flight.metrics()), **margins}, grade(mission) if rest else None, lost)
     return [
         CheckedTask(one, cases or judge_flight(one, mission, content, measured), bool(cases))
         for one, cases in zip(tasks, strange, strict=True)
@@ -118,7 +124,7 @@ def changed_keys(task: LessonTask, mission: Mission) -> list[Case]:
     """Keys that a task neither names nor leaves to the student, and that are not as they are by default."""
     if task.free is None:
         return []
-    named = [key_parts(key) for key in (*task.same, *task.free, *task.most, *HARMLESS)]
+    named = [key_parts(key) for key in (*task.same, *task.free, *task.most, *task.least, *HARMLESS)]
     given, *full = (cast("dict[str, object]", plain(mission.model_dump(exclude_unset=unset))) for unset in (True, False))
     try:
         full.append(cast("dict[str, object]", plain(check_mission(only(given, named), "", mission.folder).model_dump())))
@@ -144,23 +150,33 @@ def only(content: object, named: list[list[str]]) -> object:
 
 def judge_flight(task: LessonTask, mission: Mission, content: object, measured: MeasuredMission) -> tuple[Case, ...]:
     """A flight held against a task. Raises UserError for a limit of what neither the mission nor its flight has."""
-    cases = [Case("completed", measured.lost and f"the flight should be completed, but {measured.lost}")]
-    for name, most in task.most.items():
-        value = at(mission, content, name)
-        entries = value if isinstance(value, list) else [value]
-        if all(isinstance(one, int | float) for one in entries):
-            largest, of = max(entries), unit(mission, name)
-            limit = f"at most {quantity(most, of)}"
-            cases.append(Case(f"{name} {limit}", wrong(name, limit, quantity(largest, of)) if largest > most else None))
-        else:
-            (required,) = with_full_names([Requirement(name, most)], measured.numbers)
-            cases.append(judge(required, measured.numbers, measured.lost).case)
+    if task.lost:
+        cases = [Case("lost", None if measured.lost else "the flight should be lost, but was completed")]
+    else:
+        cases = [Case("completed", measured.lost and f"the flight should be completed, but {measured.lost}")]
+    for word, limits in (("at most", task.most), ("at least", task.least)):
+        cases += [judge_limit(name, word, limit, mission, content, measured) for name, limit in limits.items()]
     if task.grade and measured.grade:
         found = measured.grade
         poor = found.word not in (SOUND, task.grade)
         failure = wrong("the loop", task.grade, f"{found.word}: {found.why}") if poor else None
         cases.append(Case(f"the loop is {task.grade}", failure))
     return tuple(cases)
+
+
+def judge_limit(name: str, word: str, limit: float, mission: Mission, content: object, measured: MeasuredMission) -> Case:
+    """A key of a mission, all its entries, or a metric held against a limit. word: at most, or at least."""
+    value = at(mission, content, name)
+    entries, of = value if isinstance(value, list) else [value], unit(mission, name)
+    if not all(isinstance(one, int | float) for one in entries):
+        (required,) = with_full_names([Requirement(name, limit)], measured.numbers)
+        if word == "at most":
+            return judge(required, measured.numbers, measured.lost).case
+        entries, of = [measured.numbers[required.metric]], unit_of(required.metric)
+    found = None if None in entries else max(entries) if word == "at most" else min(entries)
+    missed = found is None or (found > limit if word == "at most" else found < limit)
+    wanted = f"{word} {quantity(limit, of)}"
+    return Case(f"{name} {wanted}", wrong(name, wanted, quantity(found, of)) if missed else None)
 
 
 def wrong(what: str, wanted: str, found: str) -> str:
