@@ -162,6 +162,11 @@ CASES = {
         "multiple",
         "0.01",
     ),
+    "periods no multiple": (
+        LINE + "[simulation]\nlog_period = 0.011\ncontrol_period = 0.003\n",
+        "simulation",
+        "log_period = 0.011 s and control_period = 0.003 s must be whole multiples of step = 0.002 s",
+    ),
     "log period no multiple": (LINE + "[simulation]\nlog_period = 0.011\n", "simulation", "log_period", "multiple"),
     "duration below one row": (LINE + "[simulation]\nduration = 0.001\n", "simulation.duration", "allowed", "1"),
     "duration above the rows": (LINE + "[simulation]\nduration = 1e6\n", "simulation.duration", "allowed", "500000"),

@@ -34,6 +34,13 @@ def commented(text=TEMPLATE):
         yield (f"{section}.{match[1]}" if match else ""), line
 
 
+def test_the_template_of_a_vehicle_says_where_the_keys_of_each_path_are_shown():
+    (other,) = (line for line in template("x500").splitlines() if line.startswith("# Others: "))
+    assert "`quadstep new FILE --paper`" in other  # which writes TEMPLATE
+    for kind in ("minimum-jerk", "waypoints", "circle", "figure-eight", "step", "recorded"):
+        assert f'type = "{kind}"' in TEMPLATE
+
+
 def uncommented(wanted, controller="backstepping"):
     """The template with the commented lines taken in whose dotted name is `wanted`, and the names of these."""
     lines = list(commented(template(controller=controller)))

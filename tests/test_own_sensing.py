@@ -57,6 +57,7 @@ class Filter(ErrorState):
 WRONG = {
     "no sensor": ('fix = { type = "sensing.py:Complementary" }', "should be a subclass of quadstep.own.Sensor"),
     "no estimator": ('estimator = { type = "sensing.py:Beacon" }', "should be a subclass of quadstep.own.Estimator"),
+    "no draws": ('fix = { type = "own.py:Still" }', "own.py:Still: `draws` should be a whole number from 1 to 100, not 0"),
     "unknown key": ('estimator = { type = "sensing.py:Complementary", yaw = 1.0 }', "sensors.estimator.yaw: unknown key"),
     "out of range": ('fix = { type = "sensing.py:Beacon", grows = -1.0 }', "sensors.fix.grows: should be greater than"),
     "of no file": ('fix = { type = "beacon" }', "sensors.fix.type: unknown value 'beacon'; allowed: your own"),
@@ -74,6 +75,7 @@ class Fails(Sensor):
         return much
 class N(NamedTuple): pass
 Fails.Numbers = N
+class Still(Fails): draws = 0
 class Place(Fails):
     def sample(self, truth, noise, p):
         return truth.position

@@ -10,6 +10,7 @@ import pytest
 
 from quadstep import fly, read_mission
 from quadstep.engines.engine import Engine
+from quadstep.engines.fly import reason
 from quadstep.engines.scored import scored
 from quadstep.io import user_code
 from quadstep.io.errors import UserError
@@ -215,6 +216,8 @@ WRONG_WINDS = {
     "of no file": ('type = "thermal"', "wind.type: unknown value 'thermal'; allowed: your own FILE.py:NAME"),
     "fails": ('type = "own.py:Fails"', "own.py:4: NameError: name 'speed' is not defined; the line: return speed"),
     "no vector": ('type = "own.py:Tuple"', "TypeError: `wind` should return a Vector of 3, not a tuple"),
+    "default": ('type = "own.py:Low"', "wind.type: own.py:Low: speed: its default 1 should lie within its range, 2 to 3"),
+    "negative": ('type = "own.py:Less"', "own.py:Less: speed: its default should consist of finite numbers above 0, not"),
     "flat": ('type = "own.py:Flat"', "TypeError: `wind` should return a Vector of 3, not a Vector of 2"),
 }  # fmt: skip
 
@@ -279,11 +282,24 @@ def test_wrong_winds_are_one_line(folder, case):
     code = "from quadstep.world.air import DeclaredWind as W\nclass Fails(W):\n    def wind(self, air, p, time, truth):\n"
     numbers = "\nfrom typing import NamedTuple\nclass N(NamedTuple): pass\nFails.Numbers = N\n"
     others = "class Tuple(Fails):\n    def wind(self, *given): return 1.0, 0.0, 0.0\n"
+    for name, given in (("Low", "1.0, 'm/s', 'x', low=2.0, high=3.0"), ("Less", "-1.0, 'm/s', 'x'")):
+        numbers += f"class {name}Numbers(NamedTuple):\n    speed: float = gain({given})\n"
+        others += f"class {name}(Fails):\n    Numbers = {name}Numbers\n"
     others += "class Flat(Fails):\n    def wind(self, *given): return vector(1.0, 0.0)\n"
-    imports = "from quadstep.own import vector; "
+    imports = "from quadstep.own import gain, vector; "
     (folder / "own.py").write_text(f"{imports}{code}        return speed{numbers}{others}")
     mission = THERMAL.partition("[wind]")[0] + f"[wind]\n{table}\n"
     refused(quadstep("fly", written(folder, mission), "--out", folder / "out"), said)
+
+
+def test_a_wind_that_is_not_finite_is_named(folder):
+    broken = STEADY.replace("return p.wind.mean", "return where(time > 0.05, float('nan'), 1.0) * p.wind.mean")
+    (folder / "own.py").write_text(broken.replace("import Vector, vector", "import Vector, vector, where"))
+    own = THERMAL.replace("thermal.py:Thermal", "own.py:Steady").replace("rising = 3.0", "mean = [2.0, 1.0, -0.5]")
+    plan = read_mission(written(folder, own)).plan()
+    log = fly(plan)
+    assert 0.05 < log.ended < 0.06
+    assert reason(plan, log) == "a number was no longer finite: the wind of Steady was nan"
 
 
 def test_a_wind_is_of_real_vehicles_only(folder):

@@ -16,6 +16,7 @@ from quadstep.interfaces.log import LIMITS, REASONS, FlightLog
 from quadstep.io.code_identity import own_code
 from quadstep.io.errors import UserError
 from quadstep.numbers import Table, flatten, in_matrix, leaf_names
+from quadstep.world.air import DeclaredWind
 
 
 class FlightPlan(NamedTuple):
@@ -106,7 +107,7 @@ def on_lanes(plans: Sequence[FlightPlan]) -> Flown:
 
 
 def reason(plan: FlightPlan, log: FlightLog) -> str:
-    """Why a flight ended early: the limit that it passed, or the law's output that was not finite first."""
+    """Why a flight ended early: the limit that it passed, or what was not finite first, the wind of a user or the law."""
     text = REASONS[log.outcome]
     if limit := LIMITS.get(log.outcome):
         values = dict(zip(leaf_names(plan.parameters), flatten(plan.parameters), strict=True))
@@ -114,6 +115,10 @@ def reason(plan: FlightPlan, log: FlightLog) -> str:
     if log.outcome is not Outcome.NOT_FINITE or plan.loop.controller.one_at_a_time:
         return text
     loop, numbers = plan.loop, plan.parameters
+    wind = always(loop.wind)(log.final, numbers, log.ended, loop.start(plan.start, numbers).state)
+    for leaf in wind if isinstance(loop.air, DeclaredWind) else ():
+        if not math.isfinite(leaf):
+            return f"{text}: the wind of {type(loop.air).__name__} was {leaf:g}"
     if not all(map(math.isfinite, flatten(log.final.state))):
         return text
     every = dict(zip((task.name for task in loop.tasks), plan.ticks.every, strict=True))["law"]

@@ -30,11 +30,12 @@ class ClockSection(Section):
     ] = Field(default={}, max_length=16)
 
     def model_post_init(self, context: object) -> None:
-        for key in type(self).model_fields:
-            if key.endswith("_period"):
-                whole_multiple(key, getattr(self, key), self.step)
-        for name, period in self.loop_periods.items():
-            whole_multiple(f"loop_periods.{name}", period, self.step)
+        said = {key: getattr(self, key) for key in type(self).model_fields if key.endswith("_period")}
+        said |= {f"loop_periods.{name}": period for name, period in self.loop_periods.items()}
+        wrong = [f"{key} = {period:g} s" for key, period in said.items() if not is_multiple(period, self.step)]
+        if wrong:
+            must = "must be a whole multiple" if len(wrong) == 1 else "must be whole multiples"
+            raise ValueError(f"{' and '.join(wrong)} {must} of step = {self.step:g} s")
 
     def check_loops(self, loops: Sequence[str]) -> None:
         """Refuses a period of a loop that the controller does not have. Raises ValueError."""
@@ -65,8 +66,7 @@ class ClockSection(Section):
         return Ticks(self.step, tuple(min(round(period / self.step), beyond) for period in periods), log, steps)
 
 
-def whole_multiple(key: str, period: float, step: float) -> None:
-    """Refuses a period [s] that is no whole multiple of the step [s]."""
+def is_multiple(period: float, step: float) -> bool:
+    """Whether a period is a whole multiple of the step."""
     ratio = period / step
-    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
-        raise ValueError(f"{key} = {period:g} s must be a whole multiple of step = {step:g} s")
+    return round(ratio) >= 1 and abs(ratio - round(ratio)) <= 1e-6

@@ -129,7 +129,7 @@ def check_plant(plant: type[DeclaredPlant]) -> None:
 def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
     """The mission of a plant, whose vehicle's `type` is `kind`, made when first asked for.
 
-    Raises TypeError for declarations that cannot be read.
+    Raises TypeError or ValueError for declarations that cannot be read.
     """
     name, known = plant.__name__, names(plant.measures)
     vehicle = numbers_section(f"{name}Vehicle", plant.Numbers, OwnVehicleSection, type=(Literal[kind], ...))
@@ -181,5 +181,5 @@ def declared_kind(kind: str, folder: Path) -> type[Mission]:
     try:
         check_plant(plant)
         return mission_of(plant, kind)
-    except TypeError as error:
+    except (TypeError, ValueError) as error:
         raise UserError(f"vehicle.type: {kind}: {error}") from error

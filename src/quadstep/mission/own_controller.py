@@ -3,7 +3,6 @@
 import contextlib
 import inspect
 import math
-import re
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from numbers import Real
@@ -24,7 +23,7 @@ from quadstep.io.errors import UserError, shorten, unknown_name
 from quadstep.io.places import Place
 from quadstep.io.user_code import blamed, load, user_error
 from quadstep.mission.derived import ControllerSection, section_of
-from quadstep.mission.own_thing import or_own, unknown_type
+from quadstep.mission.own_thing import check_gain, or_own, unknown_type
 from quadstep.vehicle.paper import State
 
 if TYPE_CHECKING:
@@ -81,9 +80,6 @@ def piloted_section(name: str) -> type[PilotedSection]:
         raise UserError(f"{name}: the object registered for {AUTOPILOTS.group} should be a subclass of PilotedSection")
     return found
 
-
-KEY = re.compile(r"[^\W_]\w*")
-"""Of a gain."""
 
 ALSO_MEASURED = ("specific_force", "rotor_speeds", "age", "noise")
 """What a controller of a real vehicle may ask for beside its motion."""
@@ -166,6 +162,8 @@ def check_declared(law: type[Controller]) -> None:
     check_interface(law)
     for one in law.declarations().values():
         if isinstance(one, Gain):
+            if one.key in RESERVED:
+                raise ValueError(f"a gain cannot have the key {one.key!r:.60}; give it another by key=...")
             check_gain(one)
 
 
@@ -199,32 +197,6 @@ def check_interface(law: type[Controller]) -> None:
             raise ValueError(f"preview: should consist of times from 0 to {MOST_AHEAD:g} s, not {later!r:.60}")
     if len(law.preview) > MOST_PREVIEWED:
         raise ValueError(f"preview: at most {MOST_PREVIEWED} samples, not {len(law.preview)}")
-
-
-def check_gain(one: Gain) -> None:
-    """Refuses a gain that no key can be made of. Raises TypeError or ValueError."""
-    if not all(isinstance(text, str) for text in (one.key, one.unit, one.meaning, one.symbol)):
-        raise TypeError(f"{one.key}: its key, unit, meaning and symbol should be text")
-    if not KEY.fullmatch(one.key) or one.key in RESERVED:
-        raise ValueError(f"a gain cannot have the key {one.key!r:.60}; give it another by key=...")
-    if one.default is None:
-        raise ValueError(f"{one.key}: its default should be a number or be computed from the vehicle")
-    if one.scale not in (None, "log", "linear"):
-        raise ValueError(f"{one.key}: scale should be 'log' or 'linear', not {one.scale!r:.60}")
-    if one.low is not None and one.high is not None and not one.low < one.high:
-        raise ValueError(f"{one.key}: low = {one.low:g} must be below high = {one.high:g}")
-    if one.fixed is None:
-        return
-    values: tuple[object, ...] = one.fixed if one.parts and isinstance(one.fixed, tuple) else (one.fixed,)
-    if len(values) != (len(one.parts) or 1):
-        raise ValueError(f"{one.key}: its default should be one number, or {len(one.parts)} in a tuple")
-    for value in values:
-        if not isinstance(value, Real) or not math.isfinite(value) or (value < 0.0 and not one.signed):
-            least = "" if one.signed else " of at least 0"
-            raise ValueError(f"{one.key}: its default should consist of finite numbers{least}, not {value!r:.60}")
-        low, high = -math.inf if one.low is None else one.low, math.inf if one.high is None else one.high
-        if not low <= float(value) <= high:
-            raise ValueError(f"{one.key}: its default {value:g} should lie within its range, {low:g} to {high:g}")
 
 
 def any_controller(measures: type) -> Any:

@@ -3,8 +3,10 @@
 A mission names metrics likewise: of effort, `metrics = ["energy"]`, or of the user's own, `["my_metrics.py:Overshoot"]`.
 """
 
+import math
 import re
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
@@ -21,6 +23,39 @@ from quadstep.mission.check import INSIDE
 from quadstep.mission.derived import key_field
 from quadstep.mission.fields import Quantity, Section, as_tuple
 from quadstep.numbers import Vector
+
+KEY = re.compile(r"[^\W_]\w*")
+"""Of a gain."""
+
+
+def check_gain(one: Gain) -> None:
+    """Refuses a number that no key can be made of, or whose default its own range refuses. Raises TypeError or ValueError."""
+    if not all(isinstance(text, str) for text in (one.key, one.unit, one.meaning, one.symbol)):
+        raise TypeError(f"{one.key}: its key, unit, meaning and symbol should be text")
+    if not KEY.fullmatch(one.key):
+        raise ValueError(f"a gain cannot have the key {one.key!r:.60}; give it another by key=...")
+    if one.default is None:
+        raise ValueError(f"{one.key}: its default should be a number or be computed from the vehicle")
+    if one.scale not in (None, "log", "linear"):
+        raise ValueError(f"{one.key}: scale should be 'log' or 'linear', not {one.scale!r:.60}")
+    if one.low is not None and one.high is not None and not one.low < one.high:
+        raise ValueError(f"{one.key}: low = {one.low:g} must be below high = {one.high:g}")
+    if one.fixed is None:
+        return
+    values: tuple[object, ...] = one.fixed if one.parts and isinstance(one.fixed, tuple) else (one.fixed,)
+    if len(values) != (len(one.parts) or 1):
+        raise ValueError(f"{one.key}: its default should be one number, or {len(one.parts)} in a tuple")
+    for value in values:
+        if (
+            not isinstance(value, Real)
+            or not math.isfinite(value)
+            or not (one.signed or value > 0.0 or (value == 0.0 and one.zero))
+        ):
+            least = "" if one.signed else " of at least 0" if one.zero else " above 0"
+            raise ValueError(f"{one.key}: its default should consist of finite numbers{least}, not {value!r:.60}")
+        low, high = -math.inf if one.low is None else one.low, math.inf if one.high is None else one.high
+        if not low <= float(value) <= high:
+            raise ValueError(f"{one.key}: its default {value:g} should lie within its range, {low:g} to {high:g}")
 
 
 def or_own(
@@ -73,11 +108,12 @@ class NumbersSection(Section):
 
 
 def numbers_section(name: str, structure: type, base: type[NumbersSection] = NumbersSection, **more: Any) -> Any:
-    """The table of a structure of declared numbers. Raises TypeError for declarations that give none."""
+    """The table of a structure of declared numbers. Raises TypeError or ValueError for declarations that give none."""
     fields: dict[str, Any] = {}
     for one in declared(structure).values():
         if not isinstance(one, Gain) or one.fixed is None:
             raise TypeError(f"{structure.__name__}: every number needs gain(...) with a default that is a number")
+        check_gain(one)
         if hasattr(base, one.key) or one.key in (*more, *base.__class_vars__):
             raise TypeError(f"{structure.__name__}: a number cannot have the key {one.key}; give it another by key=...")
         fields[one.key] = key_field(one)
@@ -143,7 +179,7 @@ def own_section(kind: str, thing: type, section: type[OwnSection]) -> type[OwnSe
     """The table of a class of the user's own. Raises UserError."""
     try:
         return new_section(kind, thing, section)
-    except TypeError as error:  # in a declaration
+    except (TypeError, ValueError) as error:  # in a declaration
         raise UserError(f"{kind}: {error}") from error
 
 

@@ -35,10 +35,19 @@ class BuiltSensors(NamedTuple):
     oldest: float
 
 
+MOST_DRAWS = 100
+"""Vectors of noise in a sample of a sensor."""
+
+
 class OwnFixSection(OwnSection):
     """A sensor of the user's own that fixes come from: its `type`, and a key for each of its numbers."""
 
     thing: ClassVar[DeclaredSensor]
+
+    def model_post_init(self, context: object) -> None:
+        count: object = self.thing.draws
+        if not (type(count) is int and 1 <= count <= MOST_DRAWS):
+            raise ValueError(f"{self.type}: `draws` should be a whole number from 1 to {MOST_DRAWS}, not {count!r:.60}")
 
 
 class OwnEstimatorSection(OwnSection):

@@ -56,6 +56,7 @@ duration = 10.0             # s
 # type = "circle"           # centre, radius [m], period [s], turns, clockwise = false, yaw, yaw_rate [rad/s], ramp [s]
 # type = "figure-eight"     # centre, length, width [m], period [s], turns, plane = "horizontal" or "vertical",
 #                           # yaw, yaw_rate [rad/s], ramp [s]
+# type = "step"             # start, end, time of the step [s], duration [s], yaw
 #
 # type = "recorded"         # a CSV of t, x, y, z and optionally psi, smoothed
 # file = "flight.csv"       # relative to this file's folder
@@ -114,7 +115,7 @@ preset = "PRESET"           # `quadstep vehicles` lists them; or file = "my.toml
 # effects = { drag = true, gyroscopic = true, ground = false, battery = false }
 
 [path]
-# Others: minimum-jerk, waypoints, circle, step, recorded; `quadstep new` without --vehicle shows their keys.
+# Others: minimum-jerk, waypoints, circle, step, recorded; `quadstep new FILE --paper` shows their keys.
 type = "figure-eight"
 centre = [0.0, 0.0, 3.0]    # m
 length = 6.0                # m
