@@ -373,6 +373,19 @@ def test_the_papers_plant_can_be_compared_with_a_real_vehicle(tmp_path):
     assert {row["energy[J]"] == "" for row in rows(tmp_path / "out", "cells.csv")} == {True, False}
 
 
+def test_recordings_of_one_name_in_two_folders_are_two_paths(tmp_path):
+    path = '[path]\ntype = "recorded"\nfile = "a.csv"\n'
+    missions = []
+    for name, height in (("one", 1.0), ("two", 2.0)):
+        (tmp_path / name).mkdir()
+        rows_of = "".join(f"{0.1 * i},0,0,{height * 0.01 * i}\n" for i in range(30))
+        write(tmp_path / name, "t,x,y,z\n" + rows_of, "a.csv")
+        missions.append(write(tmp_path / name, '[vehicle]\npreset = "research-2.6kg"\n' + path, f"{name}.toml"))
+    result = quadstep("compare", *missions, "--seeds", 4, "--out", tmp_path / "out")
+    assert result.refused
+    assert "fly different paths" in result.err
+
+
 def test_missions_on_different_paths_are_not_compared(tmp_path):
     one = write(tmp_path, MISSION, "near.toml")
     other = write(tmp_path, MISSION.replace("[0.2, 0.0, 0.3]", "[0.2, 0.0, 0.4]"), "far.toml")

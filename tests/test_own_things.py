@@ -342,6 +342,8 @@ WRONG_METRICS = {
     ' "own.py:One"': ({"NAME": '"position_rmse", "m"'}, "position_rmse: every flight already has a metric of this name"),
     ' "own.py:One" ': ({"NAME": '"outcome", "m"'}, "metrics: own.py:One: its `name` is outcome, which already has another"),
     '"own.py:One",': ({"VALUE": "sums.nothing"}, "own.py:11: AttributeError: .* 'nothing'; the line: return sums.nothing"),
+    '"own.py:One" , ': ({"VALUE": "'x'"}, r"`One.value` \(own.py:10\) should return numbers, not 'x'"),
+    ' "own.py:One", ': ({"VALUE": "None"}, r"`One.value` \(own.py:10\) should return numbers, not None"),
     ' "own.py:One",': ({"START": "None"}, "own.py:9: TypeError: .*; the line: return sums"),
 }
 

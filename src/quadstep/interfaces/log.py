@@ -9,15 +9,16 @@ It is summed sample by sample, compiled with the flight; for a log it is summed 
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.interfaces.closed_loop import Outcome, Ticks
-from quadstep.numbers import Number
+from quadstep.numbers import Number, flatten, leaf_names
 
 SAID = frozenset(("psi_d", "theta_d", "phi_d", "yaw_d", "pitch_d", "roll_d"))
 """Columns of the attitude that a law desires: left out of the log if the law never reports it."""
@@ -148,5 +149,20 @@ def started(metrics: Sequence[Metric]) -> tuple[RunningMetric, ...]:
 def added(
     metrics: Sequence[Metric], before: Sequence[RunningMetric], sample: Mapping[str, Number]
 ) -> tuple[RunningMetric, ...]:
-    sums = [one.add(last.sums, sample) for one, last in zip(metrics, before, strict=True)]
-    return tuple(RunningMetric(now, one.value(now)) for one, now in zip(metrics, sums, strict=True))
+    """Each metric with one more sample. Raises TypeError, which names method, file and line, for anything but numbers."""
+    found = []
+    for one, last in zip(metrics, before, strict=True):
+        now = one.add(last.sums, sample)
+        if leaf_names(now) != leaf_names(last.sums):
+            raise TypeError(f"{source(one.add)} should return sums of the shape that `start` returns")
+        for method, answer in ((one.start, last.sums), (one.add, now), (one.value, value := one.value(now))):
+            if any(leaf is None or isinstance(leaf, str | list | dict) for leaf in flatten(answer)):
+                raise TypeError(f"{source(method)} should return numbers, not {answer!r:.60}")
+        found.append(RunningMetric(now, value))
+    return tuple(found)
+
+
+def source(method: Callable[..., object]) -> str:
+    """How a method of a user's class is called, and where it is."""
+    code = method.__code__
+    return f"`{method.__qualname__}` ({Path(code.co_filename).name}:{code.co_firstlineno})"

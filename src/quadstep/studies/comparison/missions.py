@@ -12,7 +12,7 @@ from quadstep.mission.presets import is_airframe
 from quadstep.mission.read import MISSION, check_mission, refuse_others
 from quadstep.mission.schema import Mission
 from quadstep.report.publish import publishing
-from quadstep.studies.campaign.schema import CampaignFile, campaign_of
+from quadstep.studies.campaign.schema import CampaignFile, campaign_of, digests
 from quadstep.studies.comparison.cells import Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison, Entrant, Problem
 from quadstep.studies.comparison.run import ComparisonRun, FinishedComparison, How, concluded, fly, reported
@@ -42,7 +42,7 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
     times = [counted(one.mission) for one in found_cells]
     for one, time in zip(found_cells[1:], times[1:], strict=False):
         pair = " and ".join(str(places[cell.controller]) for cell in (found_cells[0], one))
-        if one.campaign.defaults.get("path") != found_cells[0].campaign.defaults.get("path"):
+        if path_of(one) != path_of(found_cells[0]):
             raise UserError(f"{pair} fly different paths, so their errors do not say which is better; give both one path")
         if time != times[0]:
             raise UserError(
@@ -67,6 +67,12 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
             ),
         )
         return concluded(run, out, folder, about, flights, flown)
+
+
+def path_of(cell: StudyCell) -> tuple[object, ...]:
+    """A mission's path, with the content of the files that it names: relative names in two folders may be two paths."""
+    path = cell.campaign.defaults.get("path")
+    return path, *digests([path], cell.campaign.folder).values()
 
 
 def counted(mission: Mission) -> tuple[float, float]:
