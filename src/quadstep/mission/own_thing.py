@@ -49,7 +49,7 @@ def check_gain(one: Gain) -> None:
         if (
             not isinstance(value, Real)
             or not math.isfinite(value)
-            or not (one.signed or value > 0.0 or (value == 0.0 and one.zero))
+            or not (one.signed or float(value) > 0.0 or (value == 0.0 and one.zero))
         ):
             least = "" if one.signed else " of at least 0" if one.zero else " above 0"
             raise ValueError(f"{one.key}: its default should consist of finite numbers{least}, not {value!r:.60}")
