@@ -77,6 +77,7 @@ function sliderCard(control: Control, tell: Tell): Card {
   const one = (i: number, value: number): number[] => values.map((old, k) => (k === i ? value : old));
 
   const { button, line, original, reaches } = about(control);
+  reaches(control);
   let reach = control; // a value from a link, a step of the walk, or typed, may be beyond what the slider was made for
   const label = spoken(control.label);
   const all: Slider = slider(control, label, "", original, line.id, (v) => send(every(v), false), (v) => send(every(v), true));
@@ -117,8 +118,7 @@ function sliderCard(control: Control, tell: Tell): Card {
   const refresh = (): void => {
     const equal = values.every((value) => value === values[0]);
     const [min, max] = [Math.min(reach.min, ...values), Math.max(reach.max, ...values)];
-    if (min < reach.min || max > reach.max) reach = { ...reach, min, max };
-    reaches(reach);
+    if (min < reach.min || max > reach.max) reaches((reach = { ...reach, min, max }));
     if (several && !equal) split = true;
     layout();
     all.show(equal ? values[0]! : null, reach);
