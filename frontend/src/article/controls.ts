@@ -13,6 +13,7 @@ export interface Slider {
 }
 
 const STEPS = 200;
+const LOGGED = 0.02; // between rows of the figures' logs [s]
 
 /** A slider with its name, value and unit; logarithmic if `log`. key: what links in the text call it. */
 export function slider(
@@ -28,6 +29,7 @@ export function slider(
   const shown = h("output", {});
   const inward = (x: number): number => (log ? Math.log(x / least) / Math.log(most / least) : (x - least) / (most - least));
   const outward = (share: number): number => (log ? least * (most / least) ** share : least + share * (most - least));
+  const tidy = (x: number): number => (key === "time" ? Number((Math.round(x / LOGGED) * LOGGED).toFixed(2)) : x);
   let now = value;
   const show = (): void => {
     shown.textContent = `${minus(Number(now.toPrecision(3)))}${unit && ` ${unit}`}`;
@@ -39,14 +41,14 @@ export function slider(
       return now;
     },
     set(to) {
-      now = Math.min(Math.max(to, least), most);
+      now = tidy(Math.min(Math.max(to, least), most));
       input.value = String(STEPS * inward(now));
       show();
     },
     between: (from, to, share) => outward(inward(from) + share * (inward(to) - inward(from))),
   };
   input.addEventListener("input", () => {
-    now = Number(outward(Number(input.value) / STEPS).toPrecision(3));
+    now = tidy(Number(outward(Number(input.value) / STEPS).toPrecision(3)));
     show();
     stage.redraw();
   });

@@ -1,6 +1,6 @@
 // The inversion of Eqs 40 to 52: a force to drag in space, the vehicle that makes it, and the one that the print would fly.
 
-import { arrow, lit, svg, text } from "../chart";
+import { NARROW, arrow, lit, svg, text } from "../chart";
 import { slider } from "../controls";
 import { tools } from "../data";
 import { dragged, live } from "../figure";
@@ -60,7 +60,7 @@ export function inversion(): void {
         const [[a, b], [c, d], [e, g], [h, k]] = [place([at, -9, 0]), place([at, 9, 0]), place([-9, at, 0]), place([9, at, 0])];
         return `<path class="grid" d="M${a.toFixed(1)} ${b.toFixed(1)}L${c.toFixed(1)} ${d.toFixed(1)}M${e.toFixed(1)} ${g.toFixed(1)}L${h.toFixed(1)} ${k.toFixed(1)}"/>`;
       });
-      const names = ([["x", [10.2, 0, 0]], ["y", [0, 10.2, 0]], ["z", [0, 0, 10.6]]] as const).map(([name, p]) => text(...place(p), name, "c-muted", "middle"));
+      const names = ([["x", [10.2, 0, 0]], ["y", [0, 10.2, 0]], ["z", [0, 0, 10.6]]] as const).map(([name, p]) => text(...place(p), name, "c-muted", "middle")).slice(0, width < NARROW ? 2 : 3);
       const [, above] = place([0, 0, 10]);
       const [tipX, tipY] = place(f);
       const foot = place([f[0], f[1], 0]);
@@ -75,7 +75,7 @@ export function inversion(): void {
         wrong ? craft(theta, printed, "ghost dashed c-vermillion", "printed") + vector(made, "dashed c-vermillion", "printed") : "",
         craft(theta, phi, "c-ink", "thd phid u"),
         vector(f, "c-blue", "u force"),
-        text(tipX + 14, tipY - 8, "desired force F", "label c-blue", "start", "force"),
+        text(Math.min(tipX + 14, width - 105), tipX + 14 > width - 105 ? tipY + 28 : tipY - 8, "desired force F", "label c-blue", "start", "force"),
         wrong ? text(...place(made.map((part) => 1.12 * part) as unknown as Point), "what the printed roll makes", "label c-vermillion", "middle", "printed") : "",
         `<circle class="handle c-blue" cx="${tipX.toFixed(1)}" cy="${tipY.toFixed(1)}" r="9"/>`,
         text(8, 18, `u_d = ${fixed(u, 2)} N, θ_d = ${fixed(theta * DEGREES, 1)}°, φ_d = ${fixed(phi * DEGREES, 1)}°`, "c-ink"),

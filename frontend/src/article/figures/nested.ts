@@ -59,7 +59,9 @@ export function nested(): void {
       const here = at(x[row]!);
       const arrows = (name: string, value: number, up: number, look: string, symbol: string): string => {
         const end = here + value * scale * 0.4;
-        return arrow(here, middle - up, end, middle - up, look, symbol) + text(Math.max(here, end) + 8, middle - up + 4, name, look, "start", symbol);
+        const right = Math.max(here, end) + 8;
+        const fits = right + 7 * name.length < width;
+        return arrow(here, middle - up, end, middle - up, look, symbol) + text(fits ? right : Math.min(here, end) - 8, middle - up + 4, name, look, fits ? "start" : "end", symbol);
       };
       const scene = [
         `<path class="ground" d="M0 150H${width}"/>`,
