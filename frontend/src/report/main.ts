@@ -162,7 +162,8 @@ function row(name: string, value: number | string): HTMLElement {
     words.append(piece);
   }
   const shown = made("b", "");
-  shown.textContent = typeof value === "string" ? value : Number.isNaN(value) ? "" : `${number(value, 3)}${unit ? `\u00a0${unit[1]}` : ""}`;
+  const text = typeof value === "string" ? value : Number.isNaN(value) ? "" : number(value, 3);
+  shown.textContent = text && unit ? `${text}\u00a0${unit[1]}` : text;
   line.append(words, shown);
   return line;
 }
