@@ -3,11 +3,13 @@
 import base64
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
 
 from docs.article import FIGURES, STILLS, WIDTH, stills
+from docs.site.pages import ROOT
 from quadstep import fly
 from quadstep.commands.serve import explain
 from quadstep.control.vectoring import invert_force
@@ -266,14 +268,21 @@ def test_a_figure_inside_another_page_stands_alone_and_flies(browsers, article_f
     page = browsers[False].page()
     page.emulate_media(reduced_motion=motion)
     around = article_file.with_name("around.html")
-    around.write_text('<!doctype html><iframe src="article.html#nested" width="900" height="620"></iframe>')
+    script = shutil.copyfile(ROOT / "docs" / "site" / "static" / "frames.js", article_file.with_name("frames.js")).name
+    frame = '<iframe class="flying" src="article.html?figure=nested" width="900" height="200" style="border: 0"></iframe>'
+    around.write_text(f'<!doctype html><script src="{script}"></script>{frame}')
     page.goto(around.as_uri())
     figure = page.frame_locator("iframe")
+    assert until(page, lambda: figure.locator("#nested .drawing[data-live]").count() == 1)
+    shown = figure.locator("#nested").bounding_box()["height"]
+    assert until(page, lambda: shown <= page.locator("iframe").bounding_box()["height"] <= shown + 3)  # the whole figure
     assert until(page, lambda: figure.locator("#nested .plain").first.text_content() == button)
     assert figure.locator("figure:visible, h1:visible, h2:visible, p:visible").count() == 1
     drawing, slider = (figure.locator(f"#nested {part}").first.bounding_box() for part in (".drawing", "input"))
     assert slider["x"] > drawing["x"] + drawing["width"]  # beside it, not below
     assert slider["y"] < drawing["y"] + 100
+    first, second = (figure.locator("#nested .plain").nth(i).bounding_box() for i in (0, 1))
+    assert first["y"] == second["y"]
     page.emulate_media(reduced_motion="reduce")
     browsers[False].blank()
 

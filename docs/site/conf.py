@@ -32,7 +32,9 @@ html_theme = "furo"
 html_title = "quadstep"
 html_static_path = [str(here / "static"), str(FONTS)]
 html_extra_path: list[str] = []
+html_favicon = str(here / "static" / "icon.svg")
 html_css_files = ["theme.css"]
+html_js_files = ["frames.js"]
 html_copy_source = False
 html_show_sourcelink = False
 html_show_sphinx = False
@@ -43,6 +45,7 @@ html_theme_options = {
         **BOTH,
         "color-brand-primary": "#0072b2",
         "color-brand-content": "#0072b2",
+        "color-link-underline": "#7fb6d8",
         "color-background-primary": "#fdfcfa",
         "color-background-secondary": "#f6f5f1",
         "color-foreground-primary": "#1c2126",
@@ -50,6 +53,7 @@ html_theme_options = {
     "dark_css_variables": {
         "color-brand-primary": "#4aa8e0",
         "color-brand-content": "#4aa8e0",
+        "color-link-underline": "#3d7599",
         "color-background-primary": "#15191d",
         "color-background-secondary": "#0f1215",
         "color-foreground-primary": "#e8e6e1",

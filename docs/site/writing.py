@@ -116,8 +116,8 @@ def accessible(page: str) -> str:
 
 
 def embedded(name: str, caption: str) -> str:
-    """A page that flies, inside a page of the site. name: may end in the #place that it shows first."""
-    said, whole = caption or "The page of this flight", name.partition("#")[0]
+    """A page that flies, inside a page of the site. name: may end in the figure that it shows alone, as `?figure=nested`."""
+    said, whole = caption or "The page of this flight", name.partition("?")[0]
     return (
         f'```{{raw}} html\n<iframe class="flying" src="{name}" title="{said}" loading="lazy"></iframe>\n'
         f'<p class="caption"><a href="{whole}">{said}, in a window of its own</a></p>\n```'
@@ -142,7 +142,7 @@ def with_flights(text: str, folder: Path | None, static: Path, place: str) -> st
         shutil.copyfile(folder / file, static / name)
         if kind == "page":
             shown = os.path.relpath("flown", Path(place).parent)
-            return embedded("#".join((f"{shown}/{name}", *anchor)), caption)
+            return embedded("?figure=".join((f"{shown}/{name}", *anchor)), caption)
         return f"```{{raw}} html\n{figure(static / name, caption, set_as=partial(typeset, around=rich))}\n```"
 
     return MARK.sub(put, text)

@@ -19,10 +19,10 @@ Every command with its arguments and options, made from the command line itself.
 
 
 def leaves(command: Any, path: str) -> Iterator[tuple[str, Any]]:
-    """Every command that can be run, with how it is typed."""
+    """Every command that can be run, with how it is typed, in the order of the help."""
     inner = getattr(command, "commands", {})
-    for name, one in inner.items():
-        yield from leaves(one, f"{path} {name}")
+    for name in command.list_commands(None) if inner else ():
+        yield from leaves(inner[name], f"{path} {name}")
     if not inner:
         yield path, command
 
@@ -39,6 +39,8 @@ def allowed(option: Any) -> str:
     """What an option takes, in a few words."""
     kind = option.type_descriptor.annotation
     kind, *_ = [one for one in get_args(kind) if one is not type(None)] or [kind]
+    if "|" in (option.metavar or ""):
+        return ", ".join(map(code, option.metavar.split("|")))
     if isinstance(kind, type) and issubclass(kind, Enum):
         return ", ".join(code(str(one.value)) for one in kind)
     if kind is bool:

@@ -8,8 +8,13 @@ import { net } from "./figures/net";
 import { sliding } from "./figures/sliding";
 import { startLighting } from "./lighting";
 
-// Inside another page, a link to a figure shows that figure alone.
-if (window.top !== window && location.hash) document.documentElement.dataset["alone"] = "";
+// Inside another page, `?figure=nested` shows that figure alone, and tells the page around it how high it is. (A fragment would scroll that page.)
+const alone = document.getElementById(new URLSearchParams(location.search).get("figure") ?? "");
+if (window.top !== window && alone) {
+  document.documentElement.dataset["alone"] = "";
+  alone.classList.add("alone");
+  new ResizeObserver(() => parent.postMessage({ height: Math.ceil(alone.getBoundingClientRect().height) }, "*")).observe(alone);
+}
 startTheme();
 document.getElementById("theme")?.addEventListener("click", toggleTheme);
 startLighting();

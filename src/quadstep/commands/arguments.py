@@ -2,14 +2,13 @@
 
 import re
 from collections.abc import Sequence
-from difflib import get_close_matches
 from enum import StrEnum
 from typing import Annotated
 
 import typer
 from typer.exceptions import TyperException
 
-from quadstep.io.errors import UserError, unknown_name
+from quadstep.io.errors import UserError, did_you_mean, unknown_name
 from quadstep.report.screen import say_whole
 
 ALIKE = 0.8
@@ -20,7 +19,6 @@ HELP = "; --help lists what a command takes"
 WORDED = (
     (r"Missing (?:argument|option) '(.*?)'\.(?: Choose from: *(.*))?", "{0}: missing; it is needed", "; allowed: {1}"),
     (r"Got unexpected extra argument\(?s?\)? \((.*)\)", "{0!r:.60}: not expected; the command takes no further argument", ""),
-    (r"No such command ['\"](.*)['\"]\.(?: Did you mean (.*)\?)?", "unknown command {0!r:.60}", ". Did you mean {1}?"),
     (r"Option '(.*)' requires an argument\.", "{0}: missing its value", ""),
     (r"Option '(.*)' does not take a value\.", "{0}: takes no value", ""),
 )
@@ -34,6 +32,10 @@ def problem_message(error: TyperException) -> str:
     if hasattr(error, "option_name") and hasattr(error, "possibilities"):
         return unknown_option(error.option_name, error.possibilities or ())
     text = error.format_message()
+    if no_command := re.match(r"No such command ['\"](.*?)['\"]\.", text, re.DOTALL):
+        return unknown_command(
+            no_command[1], list(getattr(getattr(getattr(error, "ctx", None), "command", None), "commands", ()))
+        )
     if not isinstance(error.__cause__, ValidationError):
         return worded(text)
     problem = error.__cause__.errors(include_url=False)[0]
@@ -75,12 +77,17 @@ def allowed(kind: str, param: object) -> str:
     return ""
 
 
+def unknown_command(given: str, names: Sequence[str]) -> str:
+    """That there is no such command, and which one may be meant: rather one that begins in the same way."""
+    begun = [name for name in names if name[:2] == given[:2]]
+    return f"unknown command {given!r:.60}{did_you_mean(given, begun, 0.5) or did_you_mean(given, names)}"
+
+
 def unknown_option(option: str, possible: Sequence[str]) -> str:
     """That there is no such option, and which one may be meant."""
     if option == "--version":
         return "--version: is an option of quadstep alone: quadstep --version"
-    near = get_close_matches(option, possible, cutoff=ALIKE)
-    return f"unknown option {option!r:.60}" + (f". Did you mean {' or '.join(near)}?" if near else "")
+    return f"unknown option {option!r:.60}{did_you_mean(option, possible, ALIKE)}"
 
 
 def refuse_empty(arguments: Sequence[str]) -> None:

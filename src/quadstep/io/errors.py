@@ -79,9 +79,9 @@ def listed(names: Iterable[str], other: str = "") -> str:
     return f"{known}, or {other}" if known and other else known or other or "none"
 
 
-def did_you_mean(value: object, names: Sequence[str]) -> str:
-    """The end of a refusal: which of the names was probably meant; nothing where none is like it."""
-    near = get_close_matches(value, names, 1) if isinstance(value, str) and len(value) <= LONGEST_VALUE else ()
+def did_you_mean(value: object, names: Sequence[str], alike: float = 0.6) -> str:
+    """The end of a refusal: which of the names was probably meant; nothing where none is as much like it, of 1."""
+    near = get_close_matches(value, names, 1, alike) if isinstance(value, str) and len(value) <= LONGEST_VALUE else ()
     return "".join(f"; did you mean {one}?" for one in near)
 
 

@@ -66,7 +66,7 @@ export function nested(): void {
       const scene = [
         `<path class="ground" d="M0 150H${width}"/>`,
         vehicle(at(0), middle, 0, "ghost c-muted", "e1"),
-        text(at(0), middle + 34, "its place", "c-muted", "middle", "e1"),
+        text(at(0), middle + 34, "target", "c-muted", "middle", "e1"),
         `<path class="gap c-ink"${lit("e1")} d="M${here.toFixed(1)} ${middle + 20}H${at(0).toFixed(1)}"/>`,
         Math.abs(at(0) - here) > 60 ? text((here + at(0)) / 2, middle + 40, "e_1", "c-ink", "middle", "e1") : "",
         vehicle(here, middle, asked[row]! / DEGREES, "ghost dashed c-vermillion", "thd"),
