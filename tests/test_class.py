@@ -21,6 +21,7 @@ from quadstep.mission.multirotor import MultirotorMission
 from quadstep.page import build
 from quadstep.page.folder import FILE_KEYS
 from quadstep.page.sharing import Access
+from quadstep.report import units
 from quadstep.studies import class_flight, classroom
 from quadstep.studies.class_flight import (
     LARGEST_FILE,
@@ -33,7 +34,7 @@ from quadstep.studies.class_flight import (
 )
 from quadstep.studies.class_pages import first_text
 from quadstep.studies.class_server import MOST_AT_ONCE, class_server
-from quadstep.studies.classroom import ATTEMPTS, DRAFT, MOST_ATTEMPTS, SUBMISSION, Attempt, Room
+from quadstep.studies.classroom import ATTEMPTS, DRAFT, MOST_ATTEMPTS, MOST_LINES, SUBMISSION, Attempt, Room
 from quadstep.vehicle.paper import State
 from tests.browsers import axe
 from tests.commands import quadstep
@@ -383,6 +384,33 @@ def test_a_student_chooses_a_controller_and_finds_an_earlier_text_again(room, po
     assert "not flown" in ask(port, "/live", ada)[2]
 
 
+def test_what_is_no_mission_of_the_class_is_refused_before_it_waits(room, port):
+    ada = next(iter(room.members))
+    for text, said in (
+        ("[controler]\nK_r1 = 3.0\n", "controler.K_r1: only controller may differ from the class's mission\n"),
+        ("[controller\n", "not valid TOML"),
+        ("[controller]\nK_rr1 = 3.0\n", "K_rr1"),
+    ):
+        status, _, answer = ask(port, "/submit", ada, text)
+        assert status == 422 and said in answer
+    assert room.waiting.empty() and not room.members[ada].attempts
+    assert ask(port, "/submit", ada, "[controller]\n" + "# much\n" * MOST_LINES + "K_rr1 = 3.0\n")[0] == 303, "and no pause"
+
+
+def test_the_class_s_own_flight_is_to_be_beaten(room, port, monkeypatch):
+    ada = next(iter(room.members))
+    assert [ask(port, path, ada)[0] for path in ("/try", "/path.svg")] == [404, 404]
+    monkeypatch.setattr(build, "template", lambda: STAND_IN)
+    monkeypatch.setattr(classroom, "flown_apart", lambda text, ground, out, _: attempted(text, ground, out))
+    room.fly_own()
+    text = ask(port, "/", ada)[2]
+    assert f'<p class="answer">Ada: fly {room.mission.name} with the smallest position RMSE.</p>' in text
+    own = units.quantity(room.own.numbers[room.ground.metric], "m")
+    assert "Nobody has flown it yet." in text and re.search(rf"<i>the class's mission, to beat</i></td><td[^>]*>{own}<", text)
+    assert ask(port, "/try", ada)[1]["Content-Type"] == "text/html; charset=utf-8"
+    assert "<svg" in ask(port, "/path.svg", ada)[2]
+
+
 def test_the_record_of_attempts_has_an_end_and_keeps_the_best(room, tmp_path):
     member = next(iter(room.members.values()))
     for value in (1.0, *(2.0 for _ in range(MOST_ATTEMPTS + 3))):
@@ -512,7 +540,22 @@ def test_a_student_s_page_follows_the_class_and_keeps_what_is_written(room, port
     page.goto(f"http://127.0.0.1:{port}/laws")
     page.click("summary")
     assert axe(page) == []
+    page.goto(f"http://127.0.0.1:{port}/")
+    for text, becomes in (
+        ("[controller]\n# K_r1 = 3.0  # N s/m\n", "[controller]\nK_r1 = 3.0  # N s/m\n"),
+        ("[controller]\nLambda1 = 2.0\n", "[controller]\nK_r1 = 3.0\nLambda1 = 2.0\n"),
+        ("", "[controller]\nK_r1 = 3.0\n"),
+        ("[controller]\nK_r1 = 7.5\n", "[controller]\nK_r1 = 7.5\n"),
+    ):
+        page.fill("textarea", text)
+        page.get_by_label("Change K_r1").click()
+        chosen = page.evaluate("text.value.slice(text.selectionStart, text.selectionEnd)")
+        assert (page.input_value("textarea"), chosen) == (becomes, "7.5" if "7.5" in text else "3.0")
     page.context.clear_cookies()
     page.goto(f"http://127.0.0.1:{port}/?token={room.teacher}")
     page.click("summary")
+    room.members[ada].counts("", SubmissionResult("Refused just now."))
+    page.locator("#attempts-1", has_text="Refused just now.").wait_for()
+    page.click("text=Copy the link of Group 2")
+    page.locator("button", has_text="Copied").wait_for()
     assert axe(page) == []

@@ -37,10 +37,10 @@ DROP = (
 LEGEND = "Pictures of flights: a solid line as flown, a dashed one as asked; a cross marks where a flight was lost."
 
 
-def part(name: str) -> str:
-    """A file beside this one, as markup."""
+def part(name: str, package: str = "quadstep.page") -> str:
+    """A file of a package, as markup."""
     kind = "style" if name.endswith(".css") else "script"
-    return f"<{kind}>{files('quadstep.page').joinpath(name).read_text(encoding='utf-8')}</{kind}>"
+    return f"<{kind}>{files(package).joinpath(name).read_text(encoding='utf-8')}</{kind}>"
 
 
 def list_page(root: Path, folders: list[ResultFolder], share: str = "") -> str:

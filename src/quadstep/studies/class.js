@@ -1,4 +1,5 @@
-// A class's page: the board and what is said follow without a reload, and a submission that does not arrive leaves its text.
+// A class's page: what changes follows without a reload, a button puts a gain into the field or a link into the clipboard, and a
+// submission that does not arrive leaves its text.
 (() => {
   const by = id => document.getElementById(id), form = document.forms[0];
   let next = 0;
@@ -6,7 +7,8 @@
     clearTimeout(next);
     if (!document.hidden) {
       try {
-        const answer = await fetch("/live");
+        const unfolded = [...document.querySelectorAll("details[open] > [id^=attempts]")].map(one => "unfolded=" + one.id.slice(9));
+        const answer = await fetch("/live?" + unfolded.join("&"));
         if (answer.ok) {
           const fresh = new DOMParser().parseFromString(await answer.text(), "text/html");
           for (const part of fresh.body.children) {
@@ -30,6 +32,41 @@
     } catch { by("answer").textContent = "Not sent: the class does not answer. Your text is still here."; }
     look();
   });
+  const begin = (key, value) => {
+    const field = by("text"), lines = field.value.split("\n"), named = line => line.replace(/^[#\s]+/, "").split("=")[0].trim() === key;
+    let at = lines.findIndex(line => named(line) && !line.trim().startsWith("#"));
+    if (at < 0) {
+      at = lines.findIndex(named);
+      if (at >= 0) lines[at] = lines[at].replace(/^[#\s]+/, "");
+      else {
+        at = lines.findIndex(line => line.trim() === "[controller]") + 1;
+        lines.splice(at, 0, ...at ? [] : ["[controller]"], `${key} = ${value}`);
+        if (!at) at = 1;
+      }
+      field.value = lines.join("\n");
+    }
+    const start = lines.slice(0, at).join("\n").length + 1 + lines[at].indexOf("=") + 2;
+    field.focus();
+    field.setSelectionRange(start, start + lines[at].split("=")[1].split("#")[0].trim().length);
+  };
+  for (const code of form ? document.querySelectorAll("#gains ~ * td code") : []) {
+    const button = document.createElement("button");
+    Object.assign(button, { type: "button", textContent: "Change", onclick: () => begin(code.textContent, code.closest("tr").cells[1].textContent) });
+    button.setAttribute("aria-label", `Change ${code.textContent}`);
+    code.after(button);
+  }
+  for (const button of document.querySelectorAll("[data-link]")) {
+    button.hidden = false;
+    button.onclick = async () => {
+      const lines = (await (await fetch("/links.csv")).text()).trim().split("\n"), line = lines[button.dataset.link];
+      const held = Object.assign(document.createElement("textarea"), { value: line.slice(line.lastIndexOf(",") + 1) });
+      button.after(held);
+      held.select();
+      const copied = document.execCommand("copy"); // navigator.clipboard needs https
+      held.remove();
+      button.textContent = copied ? "Copied" : "Not copied: take the table of links";
+    };
+  }
   document.addEventListener("visibilitychange", look);
   next = setTimeout(look, 2000);
 })();

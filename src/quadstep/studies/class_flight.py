@@ -114,6 +114,11 @@ def fly_submission(text: str, ground: Ground, out: Path) -> SubmissionResult:
     return SubmissionResult(lost or verdict.sentence or "Flown to its end, as asked.", verdict.grade, numbers)
 
 
+def reason_of(error: UserError) -> str:
+    """Why a submission is none, as its student is told."""
+    return cut(str(error).removeprefix(f"{SOURCE}: "), LONGEST_SENTENCE)
+
+
 def in_a_process(fly_it: "partial[SubmissionResult]", seconds: float, theirs: Connection) -> None:
     """What the process of a flight does: limits itself, flies, and sends a result."""
     threading.Thread(target=end_with_parent, daemon=True).start()
@@ -125,7 +130,7 @@ def in_a_process(fly_it: "partial[SubmissionResult]", seconds: float, theirs: Co
     try:
         result = fly_it()
     except UserError as error:
-        result = SubmissionResult(f"Not flown: {cut(str(error).removeprefix(f'{SOURCE}: '), LONGEST_SENTENCE)}")
+        result = SubmissionResult(f"Not flown: {reason_of(error)}")
     except MemoryError:
         result = SubmissionResult(f"Not flown: it takes more than {MEMORY >> 30} GB of memory.")
     except OSError as error:

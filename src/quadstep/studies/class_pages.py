@@ -4,17 +4,17 @@ import csv
 import io
 import json
 import time
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from html import escape
-from importlib.resources import files
 from typing import NamedTuple
 
 from quadstep.interfaces.gain import Gain
 from quadstep.io.files import is_file
+from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.fields import dotted
 from quadstep.mission.listings import commented, learning_numbers, net_lines, rounded, written
 from quadstep.mission.schema import Mission
-from quadstep.page.cards import grade_mark
+from quadstep.page.cards import grade_mark, part
 from quadstep.report import units
 from quadstep.report.markup import Cell, disclosure, heading, page_text, paragraph, table
 from quadstep.studies.class_flight import LOG_NAME, MISSION_NAME, PAGE_NAME, Ground, is_free, no_value
@@ -24,10 +24,7 @@ from quadstep.studies.tuning.gains import filled_in
 FIELD = "mission"
 
 
-def part(name: str) -> str:
-    """A file beside this one, as markup."""
-    kind = "style" if name.endswith(".css") else "script"
-    return f"<{kind}>{files('quadstep.studies').joinpath(name).read_text(encoding='utf-8')}</{kind}>"
+STYLE, SCRIPT = (part(name, "quadstep.studies") for name in ("class.css", "class.js"))
 
 
 class Asked(NamedTuple):
@@ -51,17 +48,18 @@ def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # 
         '<p id="offline" role="alert" hidden>The class does not answer. The board may be old; what you wrote stays here.</p>',
         student_news(room, member),
         '<div class="class"><section>', heading("Submit", "submit"),
-        f'<form method="post" action="/submit"><label for="text">Remove the # before a line, and change its number{more}. '
+        f'<form method="post" action="/submit"><label for="text">Lines that begin with # show the defaults and change '
+        f'nothing: write one without # to change a number{more}. '
         f'What you leave out is as in <a href="/mission.toml">the class\'s mission</a>. You may change only {escape(free)}; '
-        f'code is never run.</label><textarea id="text" name="{FIELD}" rows="16" wrap="off" spellcheck="false">\n'
+        f'code is never run.</label><textarea id="text" name="{FIELD}" rows="16" spellcheck="false">\n'
         f"{escape(field_text(room, member, asked))}</textarea>"
-        '<button>Submit</button> <span id="answer" role="status"></span></form>',
+        '<button>Submit</button> <a href="/try">Try gains on the live page first</a> '
+        '<span id="answer" role="status"></span></form>',
         "</section><section>", heading("Board", "ranking"),
         f"<p>The smallest {escape(words)} wins. Lost flights are not ranked.</p>", board(room, member), "</section></div>",
-        heading("Your attempts", "history"), attempts(member, "/mine"),
-        *gains_section(room),
+        *gains_section(room), heading("Your attempts", "history"), attempts(member, "/mine"),
     ]  # fmt: skip
-    return page_text(room.mission.name, [*body, part("class.js")], "Class", part("class.css"))
+    return page_text(room.mission.name, [*body, SCRIPT], "Class", STYLE)
 
 
 def gains_section(room: Room) -> list[str]:
@@ -79,11 +77,16 @@ def field_text(room: Room, member: Member, asked: Asked) -> str:
 
 
 def student_news(room: Room, member: Member) -> str:
-    """What a student is told: what came of the last submission, and the rank."""
+    """What a student is told: the task, what came of the last submission, and the rank."""
+    words = escape(units.metric(room.ground.metric)[0])
+    task = f'<p class="answer">{escape(member.name)}: fly {escape(room.mission.name)} with the smallest {words}.</p>'
+    path = '<img src="/path.svg" alt="The path, and the flight of the class\'s own gains">' if room.own.grade else ""
     waiting = f' data-waits="yes">{escape(member.message)}' if member.waits else f">{escape(member.message)}"
     ranked = room.board()
-    rank = f": your best is {shown(room, member)}, rank {place(ranked, member)} of {len(ranked)}" if member in ranked else ""
-    return f'<div id="said" role="status"><p class="answer"{waiting}</p><p>{escape(member.name)}{rank}.</p></div>'
+    best = (
+        f"<p>Your best: {shown(room, member)}, rank {place(ranked, member)} of {len(ranked)}.</p>" if member in ranked else ""
+    )
+    return f'<div id="said">{path}<div>{task}<p role="status"{waiting}</p>{best}</div></div>'
 
 
 def shown(room: Room, member: Member) -> str:
@@ -111,8 +114,12 @@ def board(room: Room, me: Member | None = None) -> str:
                      cells[0], (count, "number")])  # fmt: skip
     words = escape(units.metric(room.ground.metric)[0])
     header = ("rank", "student", words, "grade", "flown", "attempts")
-    none = "<p>Nobody has flown it yet.</p>"
-    return f'<div id="board">{table(header, rows, str) if rows else none}</div>'
+    if room.own.grade:
+        symbol, value = units.metric(room.ground.metric)[1], room.own.numbers.get(room.ground.metric)
+        number = "–" if value is None or room.own.grade == FlightGrade.LOST else units.quantity(value, symbol)
+        rows.append(["–", "<i>the class's mission, to beat</i>", (number, "number"), grade_mark(room.own.grade), "", ""])
+    none = "" if any(one.best for one in room.members.values()) else "<p>Nobody has flown it yet.</p>"
+    return f'<div id="board">{none}{table(header, rows, str) if rows else ""}</div>'
 
 
 def grade(attempt: Attempt) -> str:
@@ -141,7 +148,7 @@ def attempts(member: Member, base: str) -> str:
             grade(one), escape(one.said), " ".join(f'<a href="{address}">{words}</a>' for address, words in links),
         ])  # fmt: skip
     header = ("attempt", "flown", escape(units.metric(member.metric)[0]), "grade", "what came of it", "open")
-    return f'<div id="attempts">{table(header, rows, str) if rows else "<p>None yet.</p>"}</div>'
+    return f'<div id="attempts{base.replace("/", "-")}">{table(header, rows, str) if rows else "<p>None yet.</p>"}</div>'
 
 
 def anchor(room: Room, member: Member) -> str:
@@ -157,7 +164,8 @@ def teacher_page(room: Room) -> str:
     )
     students = [
         f'<div id="{anchor(room, one)}">'
-        + disclosure(f"{one.name}: {units.counted(len(one.attempts), 'attempt')}", attempts(one, f"/{number}"))
+        + f'<button type="button" hidden data-link="{number}">Copy the link of {escape(one.name)}</button>'
+        + disclosure(f"{one.name}: attempts", attempts(one, f"/{number}"))
         + "</div>"
         for number, one in enumerate(room.members.values(), 1)
     ]
@@ -167,7 +175,7 @@ def teacher_page(room: Room) -> str:
         f'<ul class="screen">{"".join(f"""<li><a href="{place}" download>{words}</a></li>""" for place, words in csvs)}</ul>',
         heading("Students", "students"), *students,
     ]  # fmt: skip
-    return page_text(f"{room.mission.name}: teacher", [*body, part("class.js")], "Class", part("class.css"))
+    return page_text(f"{room.mission.name}: teacher", [*body, SCRIPT], "Class", STYLE)
 
 
 def teacher_news(room: Room) -> str:
@@ -177,10 +185,11 @@ def teacher_news(room: Room) -> str:
     return f'<div id="said" role="status"><p class="answer" data-waits="yes">{text}</p></div>'
 
 
-def live(room: Room, member: Member | None) -> str:
-    """What of a page changes while it is open."""
+def live(room: Room, member: Member | None, unfolded: Collection[str] = ()) -> str:
+    """What of a page changes while it is open. unfolded: the numbers of students whose attempts the teacher looks at."""
     if member is None:
-        return teacher_news(room) + board(room)
+        looked_at = [(number, one) for number, one in enumerate(room.members.values(), 1) if f"{number}" in unfolded]
+        return teacher_news(room) + board(room) + "".join(attempts(one, f"/{number}") for number, one in looked_at)
     return student_news(room, member) + board(room, member) + attempts(member, "/mine")
 
 
@@ -193,7 +202,7 @@ def laws_page(room: Room) -> str:
         shown = gains_table(mission, room.ground.free) or paragraph("No gains that may be changed.")
         begin = f'<p><a href="/?law={escape(name)}#submit">Begin with {escape(name)}</a></p>'
         body.append(f'<div id="{escape(name)}">{disclosure(f"{name}: {law.label or name}{own}", begin + shown)}</div>')
-    return page_text("Controllers and gains", body, "Class", part("class.css"))
+    return page_text("Controllers and gains", body, "Class", STYLE)
 
 
 def gains_table(mission: Mission, free: tuple[str, ...]) -> str:
@@ -206,7 +215,7 @@ def gains_table(mission: Mission, free: tuple[str, ...]) -> str:
         parts = given if isinstance(given, tuple) else (given,)
         low, high, _ = gain.span(min(parts), max(parts))
         rows.append([f"<code>{escape(key)}</code>", written(rounded(given), gain.stands_for_three), escape(gain.unit),
-                     f"{low:.3g} to {high:.3g}", allowed(gain), escape(gain.meaning)])  # fmt: skip
+                     f"{float(f'{low:.3g}'):g} to {float(f'{high:.3g}'):g}", allowed(gain), escape(gain.meaning)])  # fmt: skip
     header = ("gain", "default", "unit", "range of its slider", "allowed", "meaning")
     return table(header, rows, str) if rows else ""
 

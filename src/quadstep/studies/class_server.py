@@ -15,7 +15,8 @@ from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
 from quadstep.io import files
-from quadstep.page.serve import KINDS, LISTED, SANDBOXED, Answer, Handler, Server, bound_server
+from quadstep.io.errors import UserError
+from quadstep.page.serve import KINDS, LISTED, SANDBOXED, Answer, Handler, Server, bound_server, stamp
 from quadstep.page.sharing import Access
 from quadstep.studies.class_flight import LOG_NAME, MISSION_NAME, PAGE_NAME
 from quadstep.studies.class_pages import (
@@ -86,7 +87,9 @@ class ClassHandler(Handler):
         shared = {  # the first is what browsers ask for of themselves
             "/favicon.ico": lambda: Answer(HTTPStatus.NO_CONTENT, KINDS[".txt"]),
             "/mission.toml": lambda: Answer(HTTPStatus.OK, KINDS[".toml"], self.room.text),
-            "/live": lambda: self.page(live(self.room, member)),
+            "/live": lambda: self.page(live(self.room, member, parse_qs(urlsplit(self.path).query).get("unfolded", ()))),
+            "/try": lambda: file_answer(self.room.own_folder / PAGE_NAME),
+            "/path.svg": self.path_picture,
         }
         if path in shared:
             return shared[path]()
@@ -115,7 +118,7 @@ class ClassHandler(Handler):
             return self.page(laws_page(self.room))
         if path == "/mine" and member.latest:
             return self.flight(member, "mine", f"{member.latest.number}", PAGE_NAME)
-        return refused(HTTPStatus.NOT_FOUND, "There is nothing here. The board is at /")
+        return NOTHING
 
     def of_teacher(self, path: str) -> Answer:
         """The answer to what the teacher asks to see."""
@@ -124,7 +127,7 @@ class ClassHandler(Handler):
         tables = {"/board.csv": board_csv, "/attempts.csv": attempts_csv, "/links.csv": self.links_csv}
         if path in tables:
             return Answer(HTTPStatus.OK, KINDS[".csv"], f"\ufeff{tables[path](self.room)}")  # by which Excel knows UTF-8
-        return refused(HTTPStatus.NOT_FOUND, "There is nothing here. The board is at /")
+        return NOTHING
 
     def links_csv(self, room: Room) -> str:
         own = f"http://{self.headers.get('Host', '')}/?token="  # the name by which the teacher reached it
@@ -135,21 +138,18 @@ class ClassHandler(Handler):
     def flight(self, member: Member | None, whose: str, number: str, name: str) -> Answer:
         """A file of a flight: of the own for a student, of any for the teacher."""
         others = list(self.room.members.values()) if member is None else []
-        of = (
-            member
-            if whose == "mine"
-            else others[int(whose) - 1]
-            if whose != "mine" and 0 < int(whose) <= len(others)
-            else None
-        )
+        of = member if whose == "mine" else others[int(whose) - 1] if 0 < int(whose) <= len(others) else None
         attempt = next((one for one in of.attempts if f"{one.number}" == number), None) if of else None
         if of and attempt and name == MISSION_NAME:
             return Answer(HTTPStatus.OK, KINDS[".txt"], attempt.text)
-        kept = of.folder / number / name if of and attempt else None
-        if kept and files.is_file(kept):
-            opened = files.opened(kept, files.PAGE if name == PAGE_NAME else files.LOG, links=False)
-            return Answer(HTTPStatus.OK, KINDS[kept.suffix], file=opened, headers={"Content-Security-Policy": SANDBOXED})
-        return refused(HTTPStatus.NOT_FOUND, "There is nothing here. The board is at /")
+        return file_answer(of.folder / number / name) if of and attempt else NOTHING
+
+    def path_picture(self) -> Answer:
+        """The flight of the class's mission as it is."""
+        try:
+            return Answer(HTTPStatus.OK, KINDS[".svg"], stamp(self.room.own_folder))
+        except (UserError, ValueError, OSError):  # not flown yet, or a path that cannot be drawn
+            return NOTHING
 
     def page(self, text: str, status: HTTPStatus = HTTPStatus.OK) -> Answer:
         policy = LISTED.replace("form-action 'none'", "form-action 'self'")
@@ -171,8 +171,19 @@ class ClassHandler(Handler):
         raise Refusal(HTTPStatus.BAD_REQUEST, said)
 
 
+def file_answer(place: Path) -> Answer:
+    """A page or log, if it is there."""
+    if not files.is_file(place):
+        return NOTHING
+    opened = files.opened(place, files.PAGE if place.name == PAGE_NAME else files.LOG, links=False)
+    return Answer(HTTPStatus.OK, KINDS[place.suffix], file=opened, headers={"Content-Security-Policy": SANDBOXED})
+
+
 def refused(status: HTTPStatus, sentence: str) -> Answer:
     return Answer(status, KINDS[".txt"], f"{sentence}\n")
+
+
+NOTHING = refused(HTTPStatus.NOT_FOUND, "There is nothing here, or not yet. The board is at /")
 
 
 def student_links(room: Room, access: Access, port: int) -> dict[str, str]:

@@ -34,14 +34,17 @@ from quadstep.mission.fields import Positive, Section, as_tuple, plain
 from quadstep.mission.read import read_mission
 from quadstep.mission.schema import Mission
 from quadstep.report.publish import as_text
-from quadstep.studies.class_flight import Ground, SubmissionResult, flown_apart, is_free, submitted
+from quadstep.studies.class_flight import Ground, SubmissionResult, flown_apart, is_free, reason_of, submitted
 from quadstep.studies.fly import metric_names
 
 SUBMISSION = files.FileKind("a submission", 64_000)
 SECRET = files.FileKind("the secret of a class", 64)
-SECRET_NAME, ATTEMPTS, DRAFT = ".class", "attempts.json", ".flying"
+SECRET_NAME, ATTEMPTS, DRAFT, OWN = ".class", "attempts.json", ".flying", ".own"
 MOST_ATTEMPTS = 100
 """Of a student that are kept, and the best one."""
+
+MOST_LINES = 300
+"""Of a submission that is checked before it waits: a longer one takes time, and is checked by the process of its flight."""
 
 
 def check_student(name: str) -> str:
@@ -161,7 +164,7 @@ class Room:
         (full,) = with_full_names([metric], metric_names(self.mission, self.mission.plan()))
         usual = cast("dict[str, object]", plain(self.mission.model_dump(mode="json")))
         self.ground = Ground(read_toml(place), usual, place.parent, self.section.free, full.metric)
-        key = secret(root)
+        key, self.own, self.own_folder = secret(root), SubmissionResult(""), root / OWN
         self.teacher = token(key, "\0teacher")
         self.members: dict[str, Member] = {}
         self.waiting: queue.Queue[tuple[Member, str]] = queue.Queue()
@@ -182,7 +185,16 @@ class Room:
         return next((one for known, one in self.members.items() if same(given, known)), None)
 
     def submit(self, member: Member, text: str) -> None:
-        """Put what a student sends into the queue, unless it is too soon. Raises Refusal."""
+        """Put what a student sends into the queue, unless it is too soon or no mission. Raises Refusal."""
+        with self.lock:
+            self.check_turn(member)
+        if text.count("\n") < MOST_LINES:
+            try:
+                submitted(text, self.ground)
+            except UserError as error:
+                raise Refusal(HTTPStatus.UNPROCESSABLE_ENTITY, reason_of(error)) from None
+            except Exception:
+                pass
         with self.lock:
             self.check_turn(member)
             member.waits, member.last, member.message, member.text = True, time.monotonic(), "Waiting to be flown.", text
@@ -197,9 +209,16 @@ class Room:
             raise Refusal(HTTPStatus.TOO_MANY_REQUESTS, f"You can submit again in {math.ceil(left)} s.")
 
     def work(self) -> None:
-        """Fly what is submitted, one after another, without end."""
+        """Fly the class's own mission; then what is submitted, one after another, without end."""
+        self.fly_own()
         while True:
             self.fly_next()
+
+    def fly_own(self) -> None:
+        """Fly the class's mission as it is, which is to be beaten."""
+        shutil.rmtree(self.own_folder, ignore_errors=True)
+        with contextlib.suppress(OSError, UserError):
+            self.own = flown_apart("", self.ground, self.own_folder, self.section.seconds)
 
     def fly_next(self) -> None:
         """Fly the next submission, once there is one: beside its place, so that no part of a flight is ever there."""
