@@ -581,6 +581,33 @@ def test_a_card_says_what_its_report_answers(tmp_path):
     assert results(tmp_path)[0].says == ""
 
 
+def test_a_study_s_card_begins_with_its_title_and_sets_its_numbers_as_symbols(tmp_path):
+    (tmp_path / "report.html").write_text('<p class="answer">Fine.</p><div><dt>K<sub>min</sub></dt><dd>1.94</dd></div>')
+    text = answer(tmp_path, "/").text
+    assert '<p class="says">Fine.</p><p class="facts"><span><b>1.94</b> K<sub>min</sub></span></p>' in text
+    assert 'class="thumb"' not in text
+
+
+def test_only_results_of_one_kind_can_be_ticked_and_the_two_are_named(tmp_path, browsers):
+    for name in ("a", "b"):
+        spoilt(tmp_path / name, name=f"flight {name}")
+    (tmp_path / "study").mkdir()
+    (tmp_path / "study" / "report.html").write_text("<p>A report</p>")
+    with serving(server(tmp_path, 0)) as port:
+        page = browsers[False].page()
+        page.goto(f"http://127.0.0.1:{port}/")
+        boxes = {name: page.locator(f"input[value={name}]") for name in ("a", "b", "study")}
+        boxes["a"].check()
+        assert page.inner_text("#together") == "flight a: tick another to compare"
+        assert boxes["study"].is_disabled() and boxes["b"].is_enabled()
+        boxes["b"].check()
+        assert page.inner_text("#together") == "Compare flight a and flight b"
+        assert page.get_attribute("#together", "href") == "/compare?a=a&b=b"
+        boxes["a"].uncheck()
+        boxes["b"].uncheck()
+        assert page.locator("#together").is_hidden() and boxes["study"].is_enabled()
+
+
 def test_a_card_has_the_title_and_the_kind_of_its_report(tmp_path):
     (tmp_path / "c").mkdir()
     (tmp_path / "c" / "campaign.json").write_text("{}")

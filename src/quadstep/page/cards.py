@@ -49,7 +49,7 @@ def list_page(root: Path, folders: list[ResultFolder], share: str = "") -> str:
         body = [paragraph("No results yet. `quadstep fly` and `quadstep reproduce` produce them.")]
     else:
         cards = "".join(card(result) for result in sorted(folders, key=lambda one: -one.changed))
-        together = '<a class="together" id="together" hidden>Compare the two</a>'
+        together = '<a class="together" id="together" hidden></a>'
         legend = "" if all(one.kind != "Flight" for one in folders) else paragraph(LEGEND)
         body = [bar(folders), legend, f'<ul class="cards" id="cards">{cards}</ul>', together, part("results.js")]
     drop = [] if share else [DROP, part("dropped.js")]
@@ -85,8 +85,8 @@ def facts_tile(result: ResultFolder) -> str:
     """What a study's report begins with, in type that can be read: its figures are drawn for a page, not for a card."""
     if "flight.csv" in result.files or not result.facts:
         return ""
-    told = "".join(f"<span><b>{escape(value)}</b> {escape(what)}</span>" for what, value in result.facts)
-    return f'<span class="facts">{told}</span>'
+    told = "".join(f"<span><b>{units.rich(value)}</b> {units.rich(what)}</span>" for what, value in result.facts)
+    return f'<p class="facts">{told}</p>'
 
 
 def picture(result: ResultFolder) -> str:
@@ -136,13 +136,13 @@ def card(result: ResultFolder) -> str:
         "grade": result.grade, "rmse": "" if result.rmse is None else f"{result.rmse!r}",
     }  # fmt: skip
     attributes = " ".join(f'data-{key}="{escape(value)}"' for key, value in data.items())
-    href, shown = escape(best(result)), facts_tile(result) or picture(result)
+    href, told = escape(best(result)), facts_tile(result)
+    shown = "" if told else f'<a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{picture(result)}</a>'
     return (
-        f'<li {attributes}><a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{shown}</a>'
-        '<div class="card">'
+        f'<li {attributes}>{shown}<div class="card">'
         f'<p class="head"><span class="kind">{escape(result.kind)} {grade_mark(result.grade)}</span> {number}</p>'
-        f'<h2><a href="{href}">{escape(result.name)}</a></h2><p class="says">{escape(result.says)}</p>'
-        f'<p>{escape(place)} · {written}</p><div class="files">{links}</div>'
+        f'<h2><a href="{href}">{escape(result.name)}</a></h2><p class="says">{escape(result.says)}</p>{told}'
+        f'<p class="place">{escape(place)}</p><p>{written}</p><div class="files">{links}</div>'
         f'<label><input type="checkbox" value="{escape(place)}"> compare</label></div></li>\n'
     )
 

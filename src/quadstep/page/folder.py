@@ -196,7 +196,7 @@ def report_opening(report: Path) -> ReportOpening:
 
 
 def plain_text(markup: str) -> str:
-    return unescape(TAG.sub("", markup))
+    return unescape(TAG.sub("", markup.replace("<sub>", "_")))
 
 
 def manifest(folder: Path) -> dict[str, Any]:

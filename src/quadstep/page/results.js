@@ -24,9 +24,16 @@
     const place = event.target.value;
     if (event.target.checked) picked.push(place); else picked.splice(picked.indexOf(place), 1);
     if (picked.length > 2) list.querySelector(`input[value="${CSS.escape(picked.shift())}"]`).checked = false;
-    const [a, b] = picked.map(encodeURIComponent);
-    by("together").hidden = picked.length !== 2;
-    by("together").href = `/compare?a=${a}&b=${b}`;
+    const chosen = picked.map(one => cards.find(card => card.dataset.place === one).dataset), kind = chosen[0]?.kind;
+    for (const card of cards) {
+      const box = card.querySelector("input"), other = kind && card.dataset.kind !== kind;
+      box.disabled = other;
+      box.nextSibling.textContent = other ? ` not a ${kind.toLowerCase()}: cannot be compared with it` : " compare";
+    }
+    const [a, b] = picked.map(encodeURIComponent), together = by("together");
+    together.hidden = !picked.length;
+    if (b) together.href = `/compare?a=${a}&b=${b}`; else together.removeAttribute("href");
+    together.textContent = b ? `Compare ${chosen[0].name} and ${chosen[1].name}` : picked.length ? `${chosen[0].name}: tick another to compare` : "";
   });
   for (const id of ["search", "kind", "order"]) by(id).addEventListener("input", show);
   show();
