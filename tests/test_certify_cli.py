@@ -6,7 +6,10 @@ from pathlib import Path
 import pytest
 
 from quadstep.io import errors
-from quadstep.proofs.certify.output import TERMS
+from quadstep.mission.read import plan_mission, read_mission
+from quadstep.proofs.certify.certificate import certify_plan
+from quadstep.proofs.certify.output import TERMS, seen, tables
+from quadstep.proofs.certify.run import facts, figure_of
 from quadstep.report.drawing import FigureJob
 from tests.commands import LINE, quadstep, strict_json, write
 
@@ -42,7 +45,7 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     assert set(found["lyapunov"]["work[J]"]) == set(TERMS)
     assert f"{found['bounds']['b_r']:.4g}" in found["verdict"]
     assert found["samples"] == 501
-    for needed in ("J_M on this flight", "largest |r|", "b_w", "coupling"):
+    for needed in ("J_M, largest eigenvalue", "largest |r|", "b_w", "coupling"):
         assert needed in run.out
 
 
@@ -61,9 +64,6 @@ def test_a_diverging_flight_ends_with_3_and_keeps_its_certificate(tmp_path, undr
 
 
 def test_the_diverging_example_has_no_disturbance_and_no_warning(tmp_path):
-    from quadstep import read_mission
-    from quadstep.mission.read import plan_mission
-
     path = EXAMPLES / "theorem_fails.toml"
     plan = plan_mission(read_mission(path), path)
     assert plan.parameters.disturbance.scale == 0.0
@@ -116,11 +116,21 @@ def test_refusals_are_one_line_and_leave_nothing(tmp_path, undrawn, case):
 
 
 def test_the_figure_takes_a_flight_of_any_length(tmp_path):
-    from quadstep.proofs.certify.certificate import certify_plan
-    from quadstep.proofs.certify.run import figure_of
     from tests.certificates import plan
 
     job = figure_of(certify_plan(plan(simulation={"duration": 0.1})), "short")
     assert isinstance(job, FigureJob)
     job.draw(tmp_path)
     assert (tmp_path / "certificate.svg").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("name", ["case1", "theorem_fails"])
+def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_linear(name):
+    path = EXAMPLES / f"{name}.toml"
+    found = certify_plan(plan_mission(read_mission(path), path))
+    lost, caption = name == "theorem_fails", seen(found)
+    assert f"largest {found.r.max():.3g}, b_r {found.b_r:.3g}." in caption
+    assert caption.startswith(f"In the first {found.until:.3g} s, all that is certified, |r| never") == lost
+    assert figure_of(found, name).log_time != lost
+    assert all(len(row) == 2 for row in tables(found).checks)
+    assert facts(found)[0].value == ("flight lost" if lost else "untested")

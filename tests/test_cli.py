@@ -63,6 +63,10 @@ def test_without_a_command_the_help_is_shown_and_nothing_else_is_said():
     ("arguments", "said"),
     [
         (["fly"], "MISSION.toml: missing; it is needed (see quadstep fly --help)"),
+        (
+            ["tune", "m.toml"],
+            "--budget: missing; it is needed, for instance --budget 2000 (flights) (see quadstep tune --help)",
+        ),
         (["replay", "a.csv"], "--vehicle: missing; it is needed (see quadstep replay --help)"),
         (["completion"], "SHELL: missing; it is needed; allowed: bash, zsh, fish (see quadstep completion --help)"),
         (["fly", "a b", "it's"], '"it\'s": not expected; the command takes no further argument (see quadstep fly --help)'),

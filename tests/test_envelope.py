@@ -298,7 +298,7 @@ def test_hatches_cover_the_lost_cells_only_each_cause_in_its_own_way(tmp_path):
     spans = {patch.get_hatch(): patch.get_path().get_extents().extents.tolist() for patch in patches}
     assert len(spans) == 2
     assert sorted(spans.values()) == [[0.5, -25.0, 1.5, 25.0], [1.5, -25.0, 2.5, 25.0]]
-    assert [handle.get_label() for handle in legend(asked, cells)] == ["largest_error > 0.5 m", "lost: off the path"]
+    assert [handle.get_label() for handle in legend(asked, cells)] == ["largest error more than 0.5 m", "lost: off the path"]
 
 
 def test_all_lost_cells_of_a_row_are_hatched(tmp_path):

@@ -29,7 +29,7 @@ def test_what_it_writes_and_says(tmp_path):
     assert (done.code, done.err) == (0, "")
     better = "The tuned gains are better on the one flight that they were tuned on."
     assert better in done.out
-    assert "controller.Lambda1" in done.out
+    assert "\nLambda1 [1/s] " in done.out
     report = (out / "report.html").read_text(encoding="utf-8")
     assert "<p>Nothing is random in this mission, so there is one flight with each set of gains." in report
     grade = metrics(out)["margins_at_rest"]

@@ -17,12 +17,19 @@ ALIKE = 0.8
 HELP = "; --help lists what a command takes"
 
 WORDED = (
-    (r"Missing (?:argument|option) '(.*?)'\.(?: Choose from: *(.*))?", "{0}: missing; it is needed", "; allowed: {1}"),
+    (r"Missing (?:argument|option) '(.*?)'\.(?: Choose from: *(.*))?", "{0}: missing; it is needed{2}", "; allowed: {1}"),
     (r"Got unexpected extra argument\(?s?\)? \((.*)\)", "{0!r:.60}: not expected; the command takes no further argument", ""),
     (r"Option '(.*)' requires an argument\.", "{0}: missing its value", ""),
     (r"Option '(.*)' does not take a value\.", "{0}: takes no value", ""),
 )
 """What the parser says, how it is said here, and what is added where it says more."""
+
+SUCH_AS = {
+    "--budget": ", for instance --budget 2000 (flights)",
+    "--x": ", for instance --x disturbance.scale=0:4:5 --y path.duration=4,10,20",
+    "--y": ", for instance --y path.duration=4,10,20",
+}
+"""Options without which a command does nothing: a value that suits many missions."""
 
 
 def problem_message(error: TyperException) -> str:
@@ -56,7 +63,7 @@ def worded(text: str) -> str:
         if found:
             given, *others = found.groups(default="")
             likely = " ".join("".join(others).replace("'", "").split())
-            return (said + (more if likely else "")).format(given, likely)
+            return (said + (more if likely else "")).format(given, likely, SUCH_AS.get(given, ""))
     return text
 
 

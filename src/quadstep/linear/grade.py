@@ -92,7 +92,7 @@ def graded(analysis: Analysis) -> Grade:
     if not short:
         return Grade(SOUND, said, measures)
     missed = " and ".join(
-        f"{one.what} margin below {one.text(one.limit)}, at {one.text(one.value)} in {one.channel}" for one in short
+        f"{one.what} margin {one.text(one.value)} in {one.channel} (less than {one.text(one.limit)})" for one in short
     )
     return Grade(FRAGILE, f"{missed}; {said}" if said else missed, measures)
 

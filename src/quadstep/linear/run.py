@@ -23,6 +23,7 @@ from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.metrics.statistics import finite
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
+from quadstep.report import markup
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import MANIFEST, publishing, write_csv, write_json
 from quadstep.report.sheet import Sheet
@@ -165,6 +166,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
         figures=[Figure(f"{FIGURES}/{name}", caption) for name, caption in captions(found, moves).items()],
         sections=[
             TableSection("Margins", "margins", tables.MARGIN_HEADER, tables.margin_rows(found), tables.METHOD, shown=margins),
+            *([markup.verbatim("\n".join(found.bends), "Lines where the law may have its kink")] if found.bends else []),
             poles,
             TableSection("Steps of the path", "steps", tables.STEP_HEADER, tables.step_rows(moves)),
         ],
@@ -197,7 +199,12 @@ def off_the_step(moves: list[StepResponse]) -> str:
     """Which responses rest elsewhere than at the step, and why, after a blank."""
     off = {one.name: one.rest for one in moves if abs(one.rest - 1.0) > SETTLED}
     said = "".join(f" {name[0].upper()}{name[1:]} rests at {rest:.3g}, not at 1." for name, rest in off.items())
-    return f"{said} Where a vehicle leans, as in wind, its yaw is not the heading that laws turn." if "yaw" in off else said
+    if "yaw" not in off:
+        return said
+    return (
+        f"{said} The path steps the heading, to which the nose points, by 1; where a vehicle leans, as in wind, its yaw as an "
+        "Euler angle turns by another amount. Overshoot and settling time are relative to where a response rests."
+    )
 
 
 def draw(folder: Path, analysis: Analysis, moves: list[StepResponse], sheet: Sheet) -> None:

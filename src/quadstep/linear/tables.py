@@ -110,7 +110,7 @@ def sentences(analysis: Analysis, but: str = "") -> list[str]:
     """The opening lines, before any number. but: what the mission's flight does that was not asked."""
     grade, period = graded(analysis), analysis.loop.period
     rest = at_rest({"grade": grade.word, "why": grade.why})
-    answer = f"{but[0].upper()}{but[1:]}; {rest}." if but else grade.sentence
+    answer = f"{rest[0].upper()}{rest[1:]}; but {but}." if but else grade.sentence
     later = [LATER.format(listed([f"{t:.3g}" for t in analysis.later]))] if analysis.later else []
     if not analysis.stable:
         return [answer, *later]
@@ -135,8 +135,7 @@ def kinks(places: Sequence[str]) -> str:
     """Where a law has its kinks, each as "law.py, line 3"."""
     if len(places) <= FEW:
         return f"the kink is in {listed(places, 'or')}"
-    files = dict.fromkeys(place.partition(",")[0] for place in places)
-    return f"the kink is at one or more of {len(places)} lines of {listed([*files])}, which linear.json lists"
+    return f"the kink is at one or more of {len(places)} lines, which linear.json lists"
 
 
 def step_rows(steps: list[StepResponse]) -> list[list[str]]:

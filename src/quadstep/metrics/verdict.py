@@ -81,7 +81,8 @@ class Rule(NamedTuple):
 HALF_TURN = 180.0 / 3.141592653589793
 
 RULES = (
-    Rule("relative_error", 0.1, "large error", "its error is large for its path (relative error {} %; more than 10 %)", 100.0),
+    Rule("relative_error", 0.1, "large error", "its error is large for its path ({} % of the path's size; more than 10 %)",
+        100.0),
     Rule("heading_error[rad]", 0.5235987755982988, "off its heading", "its nose was {}° off its heading (more than 30°)",
         HALF_TURN),
     Rule("overturned[rad]", 1.5707963267948966, "overturned", "it tilted to {}° (more than 90°)", HALF_TURN),

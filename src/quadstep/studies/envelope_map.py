@@ -28,7 +28,7 @@ from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet
 from quadstep.report.told import ToldPlace, tell
-from quadstep.report.units import percent, quantity
+from quadstep.report.units import metric, percent, quantity
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, value_column
 from quadstep.studies.envelope_request import MapAxis, Request, as_typed
@@ -307,7 +307,7 @@ def legend(request: Request, cells: Cells) -> list[Artist]:
     """The legend of greys and lines, as far as they occur."""
     grey = ~coloured(cells)
     limits = ", ".join(
-        f"{name} > {most:g} {unit(request.campaign.thresholds[name])}".strip()
+        f"{metric(full := request.campaign.thresholds[name])[0]} more than {most:g} {unit(full)}".strip()
         for name, most in request.campaign.file.failure.items()
     )
     handles: list[Artist] = [

@@ -59,7 +59,7 @@ def write_report(
 
 def errors_since(mission: "Mission") -> str:
     """From when errors count, to follow one, where that is not the start."""
-    return f" from {mission.scored_from:g} s on (score_from)" if mission.scored_from else ""
+    return f" from {mission.scored_from:g} s on" if mission.scored_from else ""
 
 
 def cut(mission: "Mission") -> str:

@@ -1,6 +1,6 @@
 """A certificate as JSON and as a table for the screen."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -206,41 +206,74 @@ def record(c: FlightCertificate) -> dict[str, Any]:
 
 
 def brief(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4g}"
+    return "–" if value is None else f"{value:.4g}"
 
 
-def table(c: FlightCertificate) -> list[list[str]]:
-    """What is measured, its value, and what it is held against."""
+class CertificateTables(NamedTuple):
+    """Rows of text. conditions: on this flight, at any attitude, what is asked; ball: value and bound; checks: value."""
+
+    conditions: list[list[str]]
+    ball: list[list[str]]
+    checks: list[list[str]]
+
+
+def tables(c: FlightCertificate) -> CertificateTables:
     k, full = c.conditions, record(c)
     nets, flight, rate, coupling = full["nets"], full["flight"], full["lyapunov"], full["coupling"]
-    plain = nets["least_squares"]
-    ridges = ", ".join("W = 0" if ridge is None else f"{ridge:g}" for ridge in nets["ridges"])
-    work = rate["work[J]"]
-    fell = rate["share_falling_outside_b_r"]
-    return [
-        ["K_r1 - m Lambda1, smallest", brief(k.k_1), "> 0"],
-        ["K_r2 - J_M Lambda2, smallest, as printed", brief(min(k.printed_visited)),
-         f"> 0; any attitude: {min(k.printed_anywhere):.4g}"],
-        ["K_r2 - J_M max(Lambda2), smallest, corrected", brief(k.k_2),
-         f"> 0; any attitude: {min(k.corrected_anywhere):.4g}"],
-        ["J_M on this flight", f"{k.j_visited:.4g} kg m^2", f"any attitude: {k.j_anywhere:.4g} kg m^2"],
-        ["largest thrust (coupling condition)", f"{k.thrust:.4g} N",
-         f"< {brief(k.thrust_bound)} N; any attitude: {brief(k.thrust_bound_anywhere)} N"],
-        ["K_min, smallest eigenvalue of K_v", brief(k.k_min), f"as printed: {k.k_min_printed:.4g}"],
-        ["W_B of the ideal weights", f"{c.weight_bound:.4g}",
-         f"least squares: {plain['W_B']:.4g}; ridges {ridges}" if c.ideal.used else "no nets: zero weights"],
-        ["eps_N of the ideal weights", f"{c.residual_bound:.4g}",
-         f"least squares: {plain['eps_N']:.4g}, for which b_r is {brief(plain['b_r'])}"],
-        ["largest |r|", brief(flight["largest_r"]), f"b_r = {brief(c.b_r)} (as printed {brief(c.b_r_printed)})"],
-        ["largest |r| after the transient", brief(flight["largest_r_after_transient"]),
-         f"from t = {brief(flight['transient_ends[s]'])} s, the first |r| <= b_r"],
-        ["largest |W_tilde|", brief(flight["largest_W_tilde"]), f"b_w = {brief(c.b_w)}"],
-        ["samples outside b_r, with L_dot < 0", f"{rate['samples_outside_b_r']} of {len(c.r)}",
-         "-" if fell is None else f"{100.0 * fell:.4g} %"],
-        ["L at the end", f"{rate['last[J]']:.4g} J", f"at first {rate['first[J]']:.4g} J, largest {rate['largest[J]']:.4g} J"],
-        *([f"work on L of {said}", f"{work[name]:.3g} J", "-"] for name, said in zip(TERMS, WORK, strict=True)),
-        ["L_dot: formula against plant", brief(rate["formula_less_plant"]), "largest difference, share of the largest"],
-        ["L_dot: formula against differences of L", brief(rate["formula_less_differenced_rms"]), "rms, share of the rms"],
-        ["coupling |r1| |delta| / K_min |r|^2, median", brief(coupling["median_ratio"]),
-         f"largest {brief(coupling['largest_ratio'])}, ratio of means {brief(coupling['ratio_in_the_mean'])}"],
+    plain, work, fell = nets["least_squares"], rate["work[J]"], rate["share_falling_outside_b_r"]
+    ridges = " and ".join("infinite" if ridge is None else f"{ridge:g}" for ridge in nets["ridges"])
+    conditions = [
+        ["K_r1 - m Lambda1, smallest", brief(k.k_1), "", "> 0"],
+        ["K_r2 - J_M Lambda2, smallest, as printed", brief(min(k.printed_visited)), brief(min(k.printed_anywhere)), "> 0"],
+        ["K_r2 - J_M max(Lambda2), smallest, corrected", brief(k.k_2), brief(min(k.corrected_anywhere)), "> 0"],
+        ["J_M, largest eigenvalue of J", f"{k.j_visited:.4g} kg m^2", f"{k.j_anywhere:.4g} kg m^2", ""],
+        ["largest thrust that the coupling condition allows", f"{brief(k.thrust_bound)} N",
+         f"{brief(k.thrust_bound_anywhere)} N", f"> {k.thrust:.4g} N, the flight's largest"],
+        ["K_min, smallest eigenvalue of K_v", brief(k.k_min), "", "> 0"],
     ]  # fmt: skip
+    ball = [
+        ["W_B of the ideal weights", brief(c.weight_bound), ""],
+        ["eps_N of the ideal weights", brief(c.residual_bound), ""],
+        ["largest |r|", brief(flight["largest_r"]), f"b_r = {brief(c.b_r)}"],
+        ["largest |r| after the transient", brief(flight["largest_r_after_transient"]), f"b_r = {brief(c.b_r)}"],
+        ["end of the transient, the first |r| <= b_r", f"{brief(flight['transient_ends[s]'])} s", ""],
+        ["largest |W_tilde|", brief(flight["largest_W_tilde"]), f"b_w = {brief(c.b_w)}"],
+        ["samples outside b_r", f"{rate['samples_outside_b_r']} of {len(c.r)}", ""],
+        *([["L_dot < 0 on these", f"{100.0 * fell:.4g} %", "100 %"]] if fell is not None else []),
+        *([f"L, {when}", f"{rate[key]:.4g} J", ""]
+          for when, key in (("at first", "first[J]"), ("largest", "largest[J]"), ("at the end", "last[J]"))),
+    ]  # fmt: skip
+    checks = [
+        ["K_min, as printed", brief(k.k_min_printed)],
+        ["b_r, as printed", brief(c.b_r_printed)],
+        *([["ridges of the fits of the two nets' ideal weights", ridges]] if c.ideal.used else []),
+        ["W_B by least squares, without a ridge", brief(plain["W_B"])],
+        ["eps_N by least squares", brief(plain["eps_N"])],
+        ["b_r by least squares", brief(plain["b_r"])],
+        *([f"work on L of {said}", f"{work[name]:.3g} J"] for name, said in zip(TERMS, WORK, strict=True)),
+        ["L_dot, formula against plant: largest difference, as a share of the largest", brief(rate["formula_less_plant"])],
+        ["L_dot, formula against differences of L: rms, as a share of the rms", brief(rate["formula_less_differenced_rms"])],
+        ["coupling |r1| |delta| / K_min |r|^2, ratio of means", brief(coupling["ratio_in_the_mean"])],
+        ["the same, largest", brief(coupling["largest_ratio"])],
+        ["the same, median", brief(coupling["median_ratio"])],
+    ]
+    return CertificateTables(conditions, ball, checks)
+
+
+def seen(c: FlightCertificate) -> str:
+    """What the figure shows of this flight, in sentences."""
+    most, value, ratio = c.r.max(), c.lyapunov.value, c.coupling_ratio
+    if c.b_r is None:
+        ball = f"|r| reaches {most:.3g}; a condition is broken, so there is no ball b_r outside which L should fall."
+    elif not c.outside.any():
+        until = "" if c.outcome is Outcome.COMPLETED else f"In the first {c.until:.3g} s, all that is certified, "
+        ball = (
+            f"{until}|r| never left the ball, within which Theorem 5.1 promises nothing: largest {most:.3g}, b_r {c.b_r:.3g}."
+        )
+    else:
+        ball = f"{behaviour_after_entry(c).replace('<=', 'at most')}; b_r is {c.b_r:.3g} (red), above which L should fall."
+    went = f"L goes from {value[0]:.3g} J to {value[-1]:.3g} J; its largest value is {value.max():.3g} J."
+    if not len(ratio):
+        return f"{ball} {went}"
+    above = f"{100.0 * np.mean(ratio > 1.0):.3g} % of samples"
+    return f"{ball} {went} The coupling |r1| |delta|, which the proof omits, is above the damping K_min |r|^2 in {above}."

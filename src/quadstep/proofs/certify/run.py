@@ -12,7 +12,7 @@ from quadstep.io.errors import errors_in
 from quadstep.metrics.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
-from quadstep.proofs.certify.output import answer, kind, record, table
+from quadstep.proofs.certify.output import answer, kind, record, seen, tables
 from quadstep.proofs.plain import Array, lengths
 from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
@@ -53,7 +53,8 @@ def bounded(name: str, values: Array, bound: str, radius: float | None) -> Panel
 def figure_of(c: FlightCertificate, name: str) -> FigureJob:
     """L and its parts, L_dot, |r| with b_r, |W_tilde| with b_w, and the coupling term beside what should outweigh it.
 
-    All axes are logarithmic, time too: a transient takes milliseconds, what it leaves is thousands of times smaller.
+    All axes are logarithmic: a transient takes milliseconds, what it leaves is thousands of times smaller. So is time, but
+    not of a lost flight, whose end is what matters.
     """
     h = c.history
     damping = max(c.conditions.k_min, 0.0) * np.square(c.r)
@@ -67,12 +68,13 @@ def figure_of(c: FlightCertificate, name: str) -> FigureJob:
         Panel("terms of L_dot", "W", {"K_v": c.lyapunov.dissipation, "eps": c.lyapunov.residual,
                                       "weights": c.lyapunov.learning, "coupling": c.lyapunov.coupling}, SIGNED_LOG),
     ]  # fmt: skip
-    return FigureJob(NAME, f"{name}: Theorem 5.1 on this flight", h.t, panels, 2, log_time=True)
+    return FigureJob(NAME, f"{name}: Theorem 5.1 on this flight", h.t, panels, 2, log_time=c.outcome is Outcome.COMPLETED)
 
 
 def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, object]) -> Evidence:
     """What was found. mission: as it was flown."""
     lost = None if c.outcome is Outcome.COMPLETED else f"lost at {c.ended:.4g} s"
+    rows = tables(c)
     return Evidence(
         name=name,
         kind="Certificate",
@@ -82,29 +84,38 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
         facts=facts(c),
         figures=[
             Figure(
-                NAME,
-                "Theorem 5.1 says that L falls while |r| is above b_r or |W_tilde| above b_w (red). The coupling, which its "
-                "proof omits, should stay below K_min |r|^2; where it does not, L may rise. Axes are logarithmic, those of "
-                "rates on both sides of zero.",
+                NAME, f"{seen(c)} Axes are logarithmic, those of rates on both sides of zero{'' if lost else '; so is time'}."
             )
         ],
         sections=[
-            TableSection("Measured values and bounds", "measured", HEADER, table(c), f"In numbers: {verdict}.", shown=name),
+            TableSection("Conditions", "conditions", CONDITIONS, rows.conditions, f"In numbers: {verdict}.", shown=name),
+            TableSection("Ball", "ball", ("", "measured", "bound"), rows.ball, shown="The ball"),
             markup.note(
                 "Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."
             ),
+            TableSection("Checks", "checks", ("", "value"), rows.checks, shown="Checks"),
         ],
         cases=(Case("completed", lost),),
+        fold=("checks",),
     )
 
 
-HEADER = ("", "measured", "against")
+CONDITIONS = ("", "on this flight", "at any attitude", "must be")
+
+WITH_VERDICT = {
+    "conditions broken": "which Theorem 5.1 needs",
+    "untested": "|r| never left the ball",
+    "sign consistent": "L fell wherever it should",
+    "contradicted": "L rose where it should fall",
+}
+"""What is said below a verdict, by its kind; of a lost flight by its conditions."""
 
 
 def facts(c: FlightCertificate) -> list[markup.Fact]:
+    although = f"the printed conditions {'hold' if c.conditions.printed_hold else 'do not hold'}"
     bound = f"b_r = {units.number(c.b_r)}" if c.b_r is not None else "b_r does not exist"
     return [
-        markup.Fact("verdict", kind(c), "on Theorem 5.1 for this flight"),
-        markup.Fact("K_min", units.number(c.conditions.k_min), "must be above 0"),
+        markup.Fact("verdict", kind(c).replace("lost", "flight lost"), WITH_VERDICT.get(kind(c), although)),
+        markup.Fact("smallest damping K_min", units.number(c.conditions.k_min), "must be above 0"),
         markup.Fact("largest |r|", units.number(float(c.r.max())), bound),
     ]
