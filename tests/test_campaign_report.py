@@ -136,7 +136,7 @@ def test_the_worst_flights_have_their_values_commands_and_pictures(flown):
     drawn = rows(folder).to_pylist()
     for place, flight in enumerate(flights):
         assert f"quadstep fly {path} --flight {flight} --results {folder}\n" in section.replace("</pre>", "\n")
-        assert f"Flight {flight}: spinning at {drawn[flight]['time_of_failure[s]']:.4g} s" in section
+        assert f"Flight {flight}: lost: spinning at {drawn[flight]['time_of_failure[s]']:.4g} s" in section
         assert found["RMSE"][place] == units.quantity(drawn[flight]["position_rmse[m]"], "m", 4)
         assert found["largest error"][place] == units.quantity(drawn[flight]["largest_error[m]"], "m", 4)
         for key, unit in (("vehicle.mass", "kg"), ("disturbance.scale", "times Eq. 67")):

@@ -121,10 +121,10 @@ def test_all_good_and_only_one():
     assert tuple(found.success) == pytest.approx((1.0, 0.025, 1.0))
     assert found.spreads[0].quantiles[0.5].value == 0.1
     assert sentences(found)[0].startswith("1 flight: 100 % succeed; ")
-    late = found._replace(meaning=" (errors counted from 9.9 s on: score_from)")
-    assert sentences(late)[0].startswith("1 flight: 100 % succeed (errors counted from 9.9 s on: score_from); ")
+    late = found._replace(meaning=" (the first 9.9 s are not counted)")
+    assert sentences(late)[0].startswith("1 flight: 100 % succeed (the first 9.9 s are not counted); ")
     assert answer(late).startswith("The only flight succeeded; the 95 % interval ")
-    assert answer(late).endswith(" %. Errors counted from 9.9 s on: score_from.")
+    assert answer(late).endswith(" %. The first 9.9 s are not counted.")
     assert answer(late._replace(decision="Not met: ...")).startswith("Not met: ... The only flight succeeded; ")
 
 

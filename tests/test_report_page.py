@@ -166,16 +166,6 @@ def test_a_summary_says_the_answer_its_intervals_and_shows_its_figures(tmp_path)
     assert "τ<sub>ψ</sub>" in text
 
 
-@pytest.mark.parametrize("span", [(float("nan"), 0.5, 1.0, 0.0, 1.0), (0.0, 0.5, 1.0, 1.0, 1.0)])
-def test_no_interval_is_no_drawing(span):
-    assert markup.interval_picture(markup.Span("", *span)) == ""
-
-
-def test_an_interval_is_drawn_on_its_scale():
-    drawn = ET.fromstring(markup.interval_picture(markup.Span("96 %", 0.93, 0.96, 0.98)))
-    assert float(drawn.find("ellipse").get("cx")) == pytest.approx(4.0 + 0.92 * 96.0, abs=0.1)
-
-
 def test_a_page_lists_its_sections_and_prints_on_a4(tmp_path):
     text = markup.page_text("T", [markup.heading(name, name) for name in ("one", "two", "three")], "Kind")
     assert [anchor for anchor in ("one", "two", "three") if f'href="#{anchor}"' in text] == ["one", "two", "three"]

@@ -273,7 +273,7 @@ def why_incomparable(names: list[str], first: Metrics, second: Metrics) -> str:
     starts = scored_from(first), scored_from(second)
     if starts[0] != starts[1]:
         counted = " and ".join(f"those of {name} count from {since:g} s on" for name, since in zip(names, starts, strict=True))
-        return f"Their errors do not say which is better: {counted} (score_from)."
+        return f"Their errors do not say which is better: {counted}."
     things = different(first, second)
     if first.get("ended[s]") != second.get("ended[s]") and "paths" not in things:
         things = f"{things} and durations" if things else "durations"

@@ -9,7 +9,6 @@ Headings make the contents. Numbers are written by `units.py`, names as symbols 
 """
 
 import base64
-import math
 import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import cache
@@ -57,17 +56,6 @@ LONG = 30
 """Letters of a word that may be broken on paper, so that its table fits."""
 
 
-class Span(NamedTuple):
-    """A number with its interval, drawn, for a column whose cells share the scale from `least` to `most`. text: as written."""
-
-    text: str
-    low: float
-    value: float
-    high: float
-    least: float = 0.0
-    most: float = 1.0
-
-
 class Fact(NamedTuple):
     """One of the numbers that a summary shows. what: it is of. value: as people write it. more: in small print, its interval
     in words, say. verbatim: whether `what` is a file's name and not a symbol.
@@ -79,8 +67,8 @@ class Fact(NamedTuple):
     verbatim: bool = False
 
 
-Cell = str | tuple[str, str] | Span
-"""A table cell: its text, its text and a class, or a number with its interval."""
+Cell = str | tuple[str, str]
+"""A table cell: its text, or its text and a class."""
 
 
 def style() -> str:
@@ -159,8 +147,6 @@ def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callabl
     header, rows = without_blank(header, list(rows))
 
     def cell(content: Cell) -> str:
-        if isinstance(content, Span):
-            return f'<td class="number">{set_as(content.text)}{interval_picture(content)}</td>'
         text, kind = content if isinstance(content, tuple) else (content, "")
         kind = kind or "long" * any(len(word) > LONG for word in text.split())
         return f'<td class="{escape(kind)}">{set_as(text)}</td>' if kind else f"<td>{set_as(text)}</td>"
@@ -169,20 +155,6 @@ def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callabl
     head = f"<thead><tr>{head}</tr></thead>" if any(header) else ""
     body = "".join(f"<tr>{''.join(cell(content) for content in row)}</tr>\n" for row in rows)
     return f'<div class="scroll" tabindex="0"><table>{head}<tbody>\n{body}</tbody></table></div>'
-
-
-def interval_picture(span: Span) -> str:
-    """An interval as a small drawing: the scale, the range, the number; nothing where there is none."""
-    width, ends = span.most - span.least, (span.low, span.value, span.high)
-    if not width > 0.0 or any(math.isnan(one) for one in ends):
-        return ""
-    places = [100.0 * min(1.0, max(0.0, (one - span.least) / width)) for one in ends]
-    low, value, high = (f"{4.0 + 0.92 * place:.2f}" for place in places)
-    return (
-        '<svg class="interval" viewBox="0 0 100 10" preserveAspectRatio="none" aria-hidden="true">'
-        f'<path class="track" d="M4 5H96"/><path class="range" d="M{low} 5H{high}"/>'
-        f'<ellipse class="dot" cx="{value}" cy="5" rx="2.2" ry="3.4"/></svg>'
-    )
 
 
 def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = ()) -> str:

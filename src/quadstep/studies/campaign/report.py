@@ -47,6 +47,9 @@ GLANCE: Mapping[str, Callable[[CampaignSummary], str]] = {
 FEWEST, FEWEST_EITHER = 40, 10
 """Fewest flights for a statement on what explains the error; fewest failures and successes, each, for one on failure."""
 
+FEWEST_BARS = 3
+"""Of a figure; fewer say what a sentence does."""
+
 SEEN = 2
 """Pictures of the worst flights, and remarks on them, that are there at once."""
 
@@ -126,7 +129,7 @@ def distribution_section(of: ReportSubject, flown: pa.Table, through: NDArray[np
     """How the flights ended, and how far from the path they were."""
     times = {text.lost(name): number(flown[TIME])[over_as(flown, name)] for name in of.summary.outcomes if name != OUTCOMES[0]}
     times = {name: some[np.isfinite(some)] for name, some in times.items()}
-    if len(text.ended(of.summary)) > 1:  # one bar would say what the first sentence does
+    if len(text.ended(of.summary)) >= FEWEST_BARS:
         draw_outcomes(of.folder / "outcomes", text.ended(of.summary), times, of.sheet)
     body: list[Section] = [text.outcomes(of.summary)]
     limits = limits_of(of.campaign)
@@ -163,7 +166,7 @@ def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[
     found = {text.ERROR: explained_error(columns, rmse, campaign), text.FAILURE: explained_failure(columns, success, campaign)}
     ranking = ranked(keys, {name: one.shares for name, one in found.items()})
     body: list[Section] = [TableSection("Sensitivity", "ranking")]
-    if any(ranking.values()):
+    if sum(map(len, ranking.values())) >= FEWEST_BARS:
         first = {words(key): ranking[key] for key in list(ranking)[: 2 * MOST_PICTURES]}
         draw_ranking(of.folder / "ranking", first, of.sheet)
     body += text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()})

@@ -1,6 +1,5 @@
 """The text of a campaign's report.html."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -149,7 +148,7 @@ def outcomes(summary: CampaignSummary) -> TableSection:
     header, counts = ("outcome", "flights", "share of all [%]"), ended(summary)
     rows: list[tuple[markup.Cell, ...]] = [(name, str(count)) for name, count in counts.items() if count]
     if summary.statistical:
-        rows = [(name, str(count), spanned(share_of(summary, count))) for name, count in counts.items()]
+        rows = [(name, str(count), percent(share_of(summary, count))) for name, count in counts.items()]
     return TableSection("How the flights ended", "outcomes", header if summary.statistical else header[:2], rows)
 
 
@@ -173,10 +172,6 @@ def for_a_paper(summary: CampaignSummary, name: str) -> str:
     return booktabs(("", "share below", "value" if summary.statistical else "flights"), [ends, rows], [comment])
 
 
-def spanned(one: Estimate) -> markup.Span:
-    return markup.Span(percent(one), one.low, one.value, one.high)
-
-
 def percent(one: Estimate) -> str:
     return units.percent(*one).removesuffix(" %")
 
@@ -189,11 +184,7 @@ def distributions(summary: CampaignSummary) -> TableSection:
             *title, ("of completed flights", "value"), [(one.what, one.value) for one in medians_only(summary)]
         )
     rows = [
-        (
-            words,
-            f"{100.0 * q:g} %",
-            markup.Span(units.interval(*one, unit), *(one.low, one.value, one.high), 0.0, largest(known.values())),
-        )
+        (words, f"{100.0 * q:g} %", units.interval(*one, unit))
         for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
         for q, one in known.items()
     ]
@@ -202,10 +193,6 @@ def distributions(summary: CampaignSummary) -> TableSection:
         "counts as worse than any other. Dashed: the limit above which a flight counts as failed."
     )
     return TableSection(*title, ("of completed flights", "share below", "value with its 95 % interval"), rows, text)
-
-
-def largest(estimates: Iterable[Estimate]) -> float:
-    return max(number for one in estimates for number in one if not math.isnan(number))
 
 
 FIRST_ORDER = (
@@ -249,7 +236,7 @@ def ranking(
     if any(estimates.values()):
         names = list(dict.fromkeys(name for one in estimates.values() for name in one))
         rows = [
-            (words(key), *(spanned(one[name]) if name in one else "–" for name in names)) for key, one in estimates.items()
+            (words(key), *(percent(one[name]) if name in one else "–" for name in names)) for key, one in estimates.items()
         ]
         body.append(TableSection(header=("", *(f"{name} [% of variance]" for name in names)), rows=rows, set_as=escape))
         body.append(TableSection(text=FIRST_ORDER))
@@ -272,7 +259,7 @@ def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path
     names = list(dict.fromkeys(name for one in values for name in one))
     ended = ["ended [s]", *("–" if one.time is None else f"{one.time:.4g}" for one in flights)]
     rows = [
-        ["outcome", *(one.outcome for one in flights)],
+        ["outcome", *(outcome_of(one) for one in flights)],
         *([ended] if any(one.time is not None for one in flights) else []),
         ["RMSE", *(length(one.rmse) for one in flights)],
         ["largest error", *(length(one.largest) for one in flights)],
@@ -295,9 +282,13 @@ def length(value: float | None) -> str:
     return "–" if value is None else units.quantity(value, "m", 4)
 
 
+def outcome_of(one: WorstFlight) -> str:
+    return one.outcome if one.outcome == OUTCOMES[0] else lost(one.outcome)
+
+
 def of_flight(one: WorstFlight) -> str:
     ended = f" at {one.time:.4g} s" if one.time is not None else f", largest error {length(one.largest)}"
-    return f"Flight {one.flight}: {one.outcome}{ended}"
+    return f"Flight {one.flight}: {outcome_of(one)}{ended}"
 
 
 def differing(one: WorstFlight, log: FlightLog, campaign: Campaign) -> str:

@@ -192,7 +192,7 @@ class Campaign(NamedTuple):
         limits, mission = self.limits(), self.mission
         if ERRORS & self.file.failure.keys():
             said = [f"{'limit' if len(limits) == 1 else 'limits'}: {listed(limits)}"]
-            said += [f"errors counted from {since:g} s on: score_from"] if (since := mission.scored_from) else []
+            said += [f"the first {since:g} s are not counted"] if (since := mission.scored_from) else []
         else:
             rest = f"and by {listed(self.limits(' at most'))} only" if limits else "only, however large the error"
             said = [f"judged by reaching the end {rest}"]
