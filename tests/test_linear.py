@@ -401,7 +401,7 @@ def test_a_step_is_judged_by_where_it_rests_and_one_that_rests_elsewhere_is_said
     turned = StepResponse("yaw", "rad", t, 1.4 * (1.0 - np.exp(-t)))
     assert (turned.rest, turned.overshoot) == (pytest.approx(1.4, rel=1e-4), 0.0)
     assert turned.settling == pytest.approx(-np.log(0.02), abs=0.02)
-    assert off_the_step([turned]).startswith(" Yaw rests at 1.4, not at 1. Where a vehicle leans")
+    assert off_the_step([turned]).startswith(" Yaw rests at 1.4, not at 1. The path steps the heading, ")
     for values in (t, 0.0 * t):  # it drifts, or does not follow at all
         other = StepResponse("x", "m", t, values)
         assert (other.rest, other.settling) == (1.0, np.inf)
