@@ -31,7 +31,7 @@ def main(folder: Path = HERE) -> None:
         page = Path(temporary) / "article.html"
         page.write_text(article(), encoding="utf-8")
         browser = browsers.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--disable-background-networking"])
-        window = browser.new_page(viewport={"width": WIDTH, "height": 900})
+        window = browser.new_page(viewport={"width": WIDTH, "height": 900}, reduced_motion="reduce")
         window.goto(page.as_uri())
         window.wait_for_selector("#lyapunov .drawing > svg .curve")
         window.wait_for_timeout(500)

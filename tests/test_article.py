@@ -144,7 +144,7 @@ def test_explain_writes_one_file_and_replaces_no_other(tmp_path, capsys):
     out = tmp_path / "new" / "a.html"
     explain(out)
     explain(out)
-    assert "0.49 MB" in capsys.readouterr().out
+    assert "0.50 MB" in capsys.readouterr().out
     assert [path.name for path in out.parent.iterdir()] == ["a.html"]
     other = tmp_path / "notes.html"
     other.write_text("mine")
@@ -158,7 +158,7 @@ def opened(browsers, article_file):
     """Opens the article; a request beyond its file, and an error, fails the test."""
     said = []
 
-    def at(width, scheme="light"):
+    def at(width, scheme="light", motion="reduce"):
         page = browsers[False].page()
         page.on("console", lambda message: said.append(message.text) if message.type in ("error", "warning") else None)
         page.on("pageerror", lambda error: said.append(str(error)))
@@ -166,7 +166,7 @@ def opened(browsers, article_file):
             "request", lambda request: said.append(request.url) if not request.url.startswith(("file:", "data:")) else None
         )
         page.set_viewport_size({"width": width, "height": 900})
-        page.emulate_media(color_scheme=scheme)
+        page.emulate_media(color_scheme=scheme, reduced_motion=motion)
         page.goto(article_file.as_uri())
         for name in FIGURES:
             page.wait_for_selector(f"#{name} .drawing[data-live] > svg")
@@ -291,3 +291,27 @@ def test_a_figure_inside_another_page_stands_alone_and_flies(browsers, article_f
 @pytest.mark.parametrize(("width", "scheme"), [(1024, "light"), (360, "dark")])
 def test_axe_finds_nothing(opened, width, scheme):
     assert axe(opened(width, scheme)) == []
+
+
+@needs(CHROMIUM)
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 768), (360, 740)])
+def test_a_vehicle_flies_on_the_first_screen_until_somebody_takes_the_time(opened, width, height):
+    page = opened(width, motion="no-preference")
+    page.set_viewport_size({"width": width, "height": height})
+    lowest = "[...document.querySelectorAll('#nested .craft')].at(-1).getBoundingClientRect().bottom"
+    assert page.evaluate(lowest) < height
+    clock = page.locator("#nested .drawing text", has_text="t = ")
+    before = clock.first.text_content()
+    assert until(page, lambda: clock.first.text_content() != before)
+    page.locator("#nested input").last.press("ArrowLeft")
+    assert until(page, lambda: page.locator("#nested .plain").first.text_content() == "Play")
+
+
+@needs(CHROMIUM)
+def test_the_time_of_a_lost_flight_ends_with_it(opened):
+    page = opened(1024)
+    page.locator("a[data-set='F1=20']").click()
+    said = page.locator("#net .drawing").text_content
+    assert until(page, lambda: "lost after 2.6 s" in said())
+    assert "along x at 2.60 s" in said()
+    assert page.locator("#net output").last.inner_text() == "2.6 s"

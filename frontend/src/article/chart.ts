@@ -139,6 +139,20 @@ export function text(x: number, y: number, said: string, look = "", anchor = "st
   return `<text class="note ${look}"${lit(symbol)} text-anchor="${anchor}" x="${px(x)}" y="${px(y)}">${low(said)}</text>`;
 }
 
+/** What colours and strokes mean, from left to right and in as many lines as it takes: markup and height [px]. */
+export function keys(left: number, top: number, width: number, all: readonly (readonly [said: string, look: string, symbol: string])[]): readonly [string, number] {
+  let [x, y] = [left, top];
+  const parts = all.map(([said, look, symbol]) => {
+    const wide = 24 + 6.6 * said.replaceAll("_", "").length;
+    if (x > left && x + wide > width) [x, y] = [left, y + 19];
+    const mark = look.startsWith("area") ? `<rect class="${look}"${lit(symbol)} x="${px(x)}" y="${px(y - 10)}" width="13" height="11"/>` : `<path class="curve ${look}"${lit(symbol)} d="M${px(x)} ${px(y - 4)}h15"/>`;
+    const made = mark + text(x + 19, y, said, "c-ink", "start", symbol);
+    x += wide + 12;
+    return made;
+  });
+  return [parts.join(""), y - top + 19];
+}
+
 /** The least and the most of some columns, within limits and at least so far apart, with a margin, room for labels if more. */
 export function span(columns: readonly ArrayLike<number>[], least: number, most: number, apart: number, room = 0.06): Span {
   let [low, high] = [Infinity, -Infinity];

@@ -2,6 +2,7 @@
 
 import { h } from "../view/dom";
 import { rich } from "../view/notation";
+import { LOGGED } from "./data";
 import type { Stage } from "./figure";
 import { minus } from "./words";
 
@@ -13,7 +14,6 @@ export interface Slider {
 }
 
 const STEPS = 200;
-const LOGGED = 0.02; // between rows of the figures' logs [s]
 
 /** A slider with its name, value and unit; logarithmic if `log`. key: what links in the text call it. */
 export function slider(

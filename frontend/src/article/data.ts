@@ -14,6 +14,9 @@ interface Data {
   readonly flights: Readonly<Record<string, { readonly parameters: string; readonly start: string; readonly ticks: Readonly<Ticks> }>>;
 }
 
+/** Between rows of the figures' logs [s]. */
+export const LOGGED = 0.02;
+
 type Triple = readonly [number, number, number];
 
 /** Functions of the package that figures call by themselves. */

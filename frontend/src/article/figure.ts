@@ -2,6 +2,7 @@
 
 import type { Plot } from "./chart";
 import { type Slider, button } from "./controls";
+import { type Flown, LOGGED } from "./data";
 
 export interface Stage {
   /** The element that holds the drawing. */
@@ -58,7 +59,7 @@ export function live(id: string, make: (stage: Stage) => Draw): void {
   }).observe(drawing);
 }
 
-const calm = (): boolean => matchMedia("(prefers-reduced-motion: reduce)").matches;
+export const calm = (): boolean => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
 /** Moves sliders to new values within half a second, so that one sees what changes; whoever takes a slider stops it. */
 function glider(stage: Stage): (to: ReadonlyMap<string, number>) => void {
@@ -94,6 +95,13 @@ export function dragged(stage: Stage, moved: (left: number, top: number, first: 
   stage.drawing.addEventListener("pointermove", (event) => void (held && moved(...place(event), false)));
   if (firm) stage.drawing.addEventListener("touchstart", (event) => void (held && event.preventDefault()), { passive: false }); // or it scrolls
   for (const over of ["pointerup", "pointercancel"] as const) stage.drawing.addEventListener(over, () => (held = false));
+}
+
+/** The row of a flight at the slider's time, which ends where the flight does. */
+export function rowAt(flown: Flown, time: Slider): number {
+  const row = Math.min(flown.rows - 1, Math.round(time.value / LOGGED));
+  if (row * LOGGED < time.value - LOGGED / 2) time.set(row * LOGGED);
+  return row;
 }
 
 /** A drag over a plot whose axis is time moves the time. */

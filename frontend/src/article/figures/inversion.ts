@@ -8,7 +8,8 @@ import { fixed } from "../words";
 
 type Point = readonly [number, number, number];
 
-const MOST = 12; // of each part of the force [N]
+const MOST = 10; // of each part of the force [N]
+const [ARM, ROTOR] = [3.6, 1.65]; // of the vehicle
 const DEGREES = 180 / Math.PI;
 const [TURN, TILT] = [0.62, 0.38]; // of the camera [rad]
 const [RIGHT, AWAY] = [
@@ -40,8 +41,8 @@ export function inversion(): void {
         const [left, top] = place([a * x[0] + b * y[0], a * x[1] + b * y[1], a * x[2] + b * y[2]]);
         return `${left.toFixed(1)} ${top.toFixed(1)}`;
       };
-      const ring = (a: number, b: number): string => `M${Array.from({ length: 25 }, (_, i) => at(a + 1.1 * Math.cos((i * Math.PI) / 12), b + 1.1 * Math.sin((i * Math.PI) / 12))).join("L")}`;
-      return `<g class="craft ${look}"${lit(symbol)}><path d="M${at(-2.4, 0)}L${at(2.4, 0)}M${at(0, -2.4)}L${at(0, 2.4)}${ring(2.4, 0)}${ring(-2.4, 0)}${ring(0, 2.4)}${ring(0, -2.4)}"/></g>`;
+      const ring = (a: number, b: number): string => `M${Array.from({ length: 25 }, (_, i) => at(a + ROTOR * Math.cos((i * Math.PI) / 12), b + ROTOR * Math.sin((i * Math.PI) / 12))).join("L")}`;
+      return `<g class="craft ${look}"${lit(symbol)}><path d="M${at(-ARM, 0)}L${at(ARM, 0)}M${at(0, -ARM)}L${at(0, ARM)}${ring(ARM, 0)}${ring(-ARM, 0)}${ring(0, ARM)}${ring(0, -ARM)}"/></g>`;
     };
     const vector = (p: Point, look: string, symbol: string): string => arrow(...place([0, 0, 0]), ...place(p), look, symbol);
 
@@ -55,7 +56,7 @@ export function inversion(): void {
       const swing = Math.abs(((turned + 540) % 360) - 180);
       const width = stage.width;
       const height = Math.min(420, Math.max(330, 0.62 * width));
-      view = { x: width / 2, y: 0.55 * height, scale: Math.min(width / 23, height / 22) };
+      view = { x: width / 2, y: 0.53 * height, scale: Math.min(width / 20, height / 20) };
       const grid = [-9, -6, -3, 0, 3, 6, 9].map((at) => {
         const [[a, b], [c, d], [e, g], [h, k]] = [place([at, -9, 0]), place([at, 9, 0]), place([-9, at, 0]), place([9, at, 0])];
         return `<path class="grid" d="M${a.toFixed(1)} ${b.toFixed(1)}L${c.toFixed(1)} ${d.toFixed(1)}M${e.toFixed(1)} ${g.toFixed(1)}L${h.toFixed(1)} ${k.toFixed(1)}"/>`;
@@ -65,6 +66,8 @@ export function inversion(): void {
       const [tipX, tipY] = place(f);
       const foot = place([f[0], f[1], 0]);
       const wrong = missed > 1e-6;
+      const [madeX, madeY] = place(made);
+      const said = [Math.min(Math.max(madeX + (madeX < tipX ? -60 : 60), 100), width - 100), Math.min(Math.max(madeY + (madeY < view.y ? -46 : 46), 84), height - 22)] as const;
       return svg(
         width,
         height,
@@ -76,7 +79,7 @@ export function inversion(): void {
         craft(theta, phi, "c-ink", "thd phid u"),
         vector(f, "c-blue", "u force"),
         text(Math.min(tipX + 14, width - 105), tipX + 14 > width - 105 ? tipY + 28 : tipY - 8, "desired force F", "label c-blue", "start", "force"),
-        wrong ? text(...place(made.map((part) => 1.12 * part) as unknown as Point), "what the printed roll makes", "label c-vermillion", "middle", "printed") : "",
+        wrong ? `<path class="leader c-vermillion"${lit("printed")} d="M${place(made).join(" ")}L${said.join(" ")}"/>${text(said[0], said[1] + (said[1] < height / 2 ? -6 : 15), "what the printed roll makes", "label c-vermillion", "middle", "printed")}` : "",
         `<circle class="handle c-blue" cx="${tipX.toFixed(1)}" cy="${tipY.toFixed(1)}" r="9"/>`,
         text(8, 18, `u_d = ${fixed(u, 2)} N, θ_d = ${fixed(theta * DEGREES, 1)}°, φ_d = ${fixed(phi * DEGREES, 1)}°`, "c-ink"),
         text(8, 38, `0.1 N more along y would turn φ_d by ${fixed(swing, swing < 10 ? 1 : 0)}°`, swing > 10 ? "c-orange" : "c-muted"),

@@ -1,9 +1,9 @@
 // The bowl: level sets of L with a flight and the ball b_r, and the terms of its rate stacked, the omitted one among them.
 
-import { NARROW, Plot, lit, span, svg, text } from "../chart";
+import { Plot, keys, span, svg, text } from "../chart";
 import { slider } from "../controls";
 import { each, fly, tools } from "../data";
-import { live, scrub } from "../figure";
+import { live, rowAt, scrub } from "../figure";
 import { fixed } from "../words";
 
 const TERMS = [
@@ -13,6 +13,7 @@ const TERMS = [
   ["rate_coupling", "c-vermillion", "gc", "the omitted coupling"],
 ] as const;
 const [MASS, INERTIA, J_MOST] = [1, 5, 10]; // of the paper's vehicle, level
+const MOST = 8; // of the terms that are shown [W]
 const [WEIGHTS, MISSED] = [1, 0.02]; // W_B and |eps_v| that the ball is drawn for
 
 export function lyapunov(): void {
@@ -20,7 +21,7 @@ export function lyapunov(): void {
     const slope = slider(stage, "Lambda2", "Λ_2, inner loop", "/s", [0.5, 15, 0.5], true);
     const gain = slider(stage, "K_r2", "K_r2, inner loop", "N m s", [6, 250, 6], true);
     const kappa = slider(stage, "kappa", "κ, of the ball alone", "", [0.01, 3, 0.2], true);
-    const time = slider(stage, "time", "time", "s", [0, 12, 4.6]);
+    const time = slider(stage, "time", "time", "s", [0, 7, 4.6]);
     let plots: readonly Plot[] = [];
     scrub(stage, time, () => plots);
 
@@ -29,20 +30,27 @@ export function lyapunov(): void {
       const surplus = gain.value - J_MOST * slope.value;
       const [t, r1, r2] = [flown.times, flown.column("norm_r1"), flown.column("norm_r2")];
       const height = flown.column("lyapunov");
-      const row = Math.min(flown.rows - 1, Math.round(time.value / 0.02));
+      const row = rowAt(flown, time);
       const width = stage.width;
 
       const size = Math.min(width - 64, 380);
-      const plane = new Plot({ left: 46 + (width - 64 - size) / 2, top: 92, width: size, height: 0.75 * size }, [0, Math.min(1.6, Math.max(0.6, 1.1 * Math.max(...r1)))], [0, Math.min(1.6, Math.max(0.3, 1.1 * Math.max(...r2)))]);
+      const lines = ([["the flight", "c-green", ""], ["still to come", "thin faint c-green", ""], ["heights of L", "ring c-muted", "la lp"], ...(surplus > 0 ? [["b_r", "c-pink", "ball"], ["b_r as printed", "dashed c-pink", "ball"]] : [])] as const) as readonly (readonly [string, string, string])[];
+      const [meant, deep] = keys(8, 80, width, lines);
+      const plane = new Plot({ left: 46 + (width - 64 - size) / 2, top: 92 + deep, width: size, height: 0.75 * size }, [0, Math.min(1.6, Math.max(0.6, 1.1 * Math.max(...r1)))], [0, Math.min(1.6, Math.max(0.3, 1.1 * Math.max(...r2)))]);
       const around = Array.from({ length: 41 }, (_, i) => (i * Math.PI) / 80);
+      const far = (x: number, y: number): number => Math.min(...r1.map((one, k) => (k % 5 ? Infinity : Math.hypot(plane.x(one) - plane.x(x) - 14, plane.y(r2[k]!) - plane.y(y) - 4))));
       const level = (L: number): string => {
-        const [across, up] = [Math.sqrt((2 * L) / MASS), Math.sqrt((2 * L) / INERTIA)];
-        const named = across * 0.9 < plane.xs[1] && across > 0.35 * plane.xs[1] ? plane.label(across * 0.88, up * 0.47, `${L} J`, "small c-muted", "la lp") : "";
-        return plane.line(around.map((a) => across * Math.cos(a)), around.map((a) => up * Math.sin(a)), "thin c-muted", "la lp") + named;
+        const [across, up] = [around.map((a) => Math.sqrt((2 * L) / MASS) * Math.cos(a)), around.map((a) => Math.sqrt((2 * L) / INERTIA) * Math.sin(a))];
+        const places = around.flatMap((_, i) => (i % 4 || across[i]! > 0.92 * plane.xs[1] || up[i]! > 0.92 * plane.ys[1] || across[i]! < 0.2 * plane.xs[1] ? [] : [[far(across[i]!, up[i]!), i] as const]));
+        const [clear, at] = places.reduce((best, one) => (one[0] > best[0] ? one : best), [16, 0] as const);
+        const named = clear > 16 ? text(plane.x(across[at]!), plane.y(up[at]!) + 4, `${L} J`, "label small c-muted", "start", "la lp") : "";
+        return plane.line(across, up, "ring c-muted", "la lp") + named;
       };
       const [right, printed] = tools.ball(kappa.value, WEIGHTS, MISSED, Math.min(3 - MASS, surplus));
-      const ball = (radius: number, look: string, said: string, at: number): string =>
-        surplus <= 0 ? "" : plane.line(around.map((a) => radius * Math.cos(a)), around.map((a) => radius * Math.sin(a)), `${look} c-pink`, "ball") + plane.label(radius * Math.cos(at) + 0.01 * plane.xs[1], radius * Math.sin(at), said, "c-pink", "ball");
+      const ball = (radius: number, look: string): string => {
+        const [across, up] = [around.map((a) => radius * Math.cos(a)), around.map((a) => radius * Math.sin(a))];
+        return surplus <= 0 ? "" : plane.area(across, up.map(() => 0), up, "pale c-pink", "ball") + plane.line(across, up, `${look} c-pink`, "ball");
+      };
 
       const zero = new Float64Array(flown.rows);
       const [up, down] = [zero.slice(), zero.slice()];
@@ -53,14 +61,12 @@ export function lyapunov(): void {
         return { look, symbol, parts: [[highs, up.slice()], [down.slice(), lows]] as const };
       });
       const total = Float64Array.from(zero, (_, k) => columns.reduce((all, one) => all + one[k]!, 0));
-      const keys = TERMS.map(([, look, symbol, name], i) => {
-        const [left, y] = width < NARROW ? [46, 92 + 0.75 * size + 58 + 18 * i] : [46 + [0, 84, 168, 372][i]!, 92 + 0.75 * size + 58];
-        return `<rect class="area ${look}"${lit(symbol)} x="${left}" y="${(y - 10).toFixed(1)}" width="11" height="11"/>${text(left + 16, y, name, "c-ink", "start", symbol)}`;
-      });
-      const top = 92 + 0.75 * size + (width < NARROW ? 146 : 92);
-      const rates = new Plot({ left: 46, top, width: width - 58, height: 170 }, [0, 12], span([up, down], -8, 8, 0.2));
+      const [terms, tall] = keys(46, 92 + deep + 0.75 * size + 58, width, [...TERMS.map(([, look, symbol, name]) => [name, `area ${look}`, symbol] as const), ["their sum", "c-ink", ""]]);
+      const top = 92 + deep + 0.75 * size + 58 + tall + 15;
+      const rates = new Plot({ left: 46, top, width: width - 58, height: 170 }, [0, 7], span([up, down], -MOST, MOST, 0.2));
+      const cut = Math.max(...up) > MOST || Math.min(...down) < -MOST;
       plots = [rates];
-      const terms = stacked.flatMap(({ look, symbol, parts }) => parts.map(([low, high]) => rates.area(t, low, high, look, symbol)));
+      const areas = stacked.flatMap(({ look, symbol, parts }) => parts.map(([low, high]) => rates.area(t, low, high, look, symbol)));
       return svg(
         width,
         top + 170 + 38,
@@ -71,18 +77,18 @@ export function lyapunov(): void {
           "|r_1| [m/s]",
           "|r_2| [rad/s]",
           ...[0.01, 0.03, 0.07, 0.13, 0.3, 1, 3].map(level),
-          plane.line(r1, r2, "thin c-ink faint"),
-          plane.line(r1.subarray(0, row + 1), r2.subarray(0, row + 1), "c-ink"),
-          plane.dot(r1[row]!, r2[row]!, "c-ink", "", 5),
-          plane.label(r1[row]!, r2[row]!, "  the flight", "c-ink"),
-          ball(printed, "dashed", "b_r as printed", 1.15),
-          ball(right, "", "b_r", 0.5),
+          ball(printed, "dashed"),
+          ball(right, ""),
+          plane.line(r1, r2, "thin faint c-green"),
+          plane.line(r1.subarray(0, row + 1), r2.subarray(0, row + 1), "c-green"),
+          plane.dot(r1[row]!, r2[row]!, "c-green", "", 5),
         ),
-        ...keys,
+        meant,
+        terms,
         rates.framed(
           "time [s]",
-          "terms of the rate of L [W]; the line is their sum",
-          ...terms,
+          `terms of the rate of L [W]${cut ? `, clipped at ±${MOST} W` : ""}`,
+          ...areas,
           rates.level(0),
           rates.line(t, total, "c-ink"),
           rates.upright(t[row]!),

@@ -3,7 +3,7 @@
 import { type Box, NARROW, type Named, Plot, arrow, lit, span, svg, text } from "../chart";
 import { button, slider } from "../controls";
 import { each, fly } from "../data";
-import { live, scrub } from "../figure";
+import { calm, live, rowAt, scrub } from "../figure";
 import { fixed } from "../words";
 
 const DEGREES = 180 / Math.PI;
@@ -17,28 +17,35 @@ function vehicle(x: number, y: number, theta: number, look: string, symbol = "")
 export function nested(): void {
   live("nested", (stage) => {
     const { controls, redraw } = stage;
-    const slope = slider(stage, "Lambda1", "Λ_1, outer loop", "/s", [0.2, 3, 1], true);
-    const gain = slider(stage, "K_r1", "K_r1, outer loop", "N s/m", [1, 12, 3], true);
-    const inner = slider(stage, "Lambda2", "Λ_2, K_r2 = 16.7 Λ_2", "/s", [1, 30, 15], true);
-    const time = slider(stage, "time", "time", "s", [0, 8, 0.04]);
-    let plots: readonly Plot[] = [];
-    scrub(stage, time, () => plots);
-    let playing = 0;
     const play = button(controls, "Play", () => {
-      playing = playing ? 0 : performance.now() - 1000 * (time.value >= 8 ? 0 : time.value);
+      shown = Math.max(0, time.value >= 8 ? 0 : time.value);
+      playing = playing ? 0 : performance.now() - 1000 * shown;
+      time.set(shown);
       play.textContent = playing ? "Stop" : "Play";
       if (playing) requestAnimationFrame(step);
     });
+    const slope = slider(stage, "Lambda1", "Λ_1, outer loop", "/s", [0.2, 3, 1], true);
+    const gain = slider(stage, "K_r1", "K_r1, outer loop", "N s/m", [1, 12, 3], true);
+    const inner = slider(stage, "Lambda2", "Λ_2, K_r2 = 16.7 Λ_2", "/s", [1, 30, 15], true);
+    const time = slider(stage, "time", "time", "s", [0, 8, 0.14]);
+    let plots: readonly Plot[] = [];
+    scrub(stage, time, () => plots);
+    let [playing, shown] = [0, 0];
     const alone = "alone" in document.documentElement.dataset;
     const step = (now: number): void => {
       if (!playing) return;
+      const taken = time.value !== shown; // by a finger, a link, or the end of a lost flight
       if (alone && now - playing > 10_000) playing = now; // two seconds at rest, and again
-      time.set(Math.min((now - playing) / 1000, 8));
-      if (time.value >= 8 && !alone) (playing = 0), (play.textContent = "Play");
+      if (!taken) time.set(Math.min((now - playing) / 1000, 8));
+      shown = time.value;
+      if (taken || (shown >= 8 && !alone) || stage.drawing.getBoundingClientRect().bottom < 0) play.click();
       else requestAnimationFrame(step);
       redraw();
     };
-    if (alone && !window.matchMedia("(prefers-reduced-motion: reduce)").matches) play.click();
+    const once = new IntersectionObserver(([one]) => {
+      if (one!.isIntersecting) once.disconnect(), play.click();
+    });
+    if (!calm()) once.observe(stage.drawing);
 
     return () => {
       const flown = fly("nested", {
@@ -50,7 +57,7 @@ export function nested(): void {
       const [t, x, wanted] = [flown.times, flown.column("x"), flown.column("x_d")];
       const [speed, wish] = [flown.column("x_dot"), flown.column("velocity_x")];
       const [lean, asked] = [flown.column("theta").map((a) => a * DEGREES), flown.column("theta_d").map((a) => a * DEGREES)];
-      const row = Math.min(flown.rows - 1, Math.round(time.value / 0.02));
+      const row = rowAt(flown, time);
       const width = stage.width;
 
       const scale = (width - 60) / 5;

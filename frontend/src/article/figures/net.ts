@@ -1,9 +1,9 @@
 // The first net: its ten functions over the flight, their weights at one time, and the sum beside the force to be made.
 
-import { Plot, lit, span, svg, text } from "../chart";
+import { Plot, keys, lit, span, svg, text } from "../chart";
 import { choice, slider } from "../controls";
 import { data, fly } from "../data";
-import { live, scrub } from "../figure";
+import { live, rowAt, scrub } from "../figure";
 import { fixed } from "../words";
 
 export function net(): void {
@@ -28,13 +28,15 @@ export function net(): void {
       const weights = Array.from({ length: count }, (_, i) => flown.column(`net_${count + 3 * i + axis.value}`));
       const made = flown.column(`net_${4 * count + axis.value}`);
       const wanted = flown.column(`net_${4 * count + 3 + axis.value}`);
-      const row = Math.min(flown.rows - 1, Math.round(time.value / 0.02));
+      const row = rowAt(flown, time);
       const width = stage.width;
       const ends = [0, 10] as const;
+      const [meant, lines] = keys(52, 350, width, [["the net: Σ Ŵ_i µ_i", "c-blue", "sum"], [`what it should equal, −A_${"xyz"[axis.value]}`, "dashed c-ink", "true"]]);
+      const height = 356 + lines + 5 + 188;
       const box = (top: number, height: number) => ({ left: 52, top, width: width - 64, height });
       const activity = new Plot(box(28, 110), ends, [0, 1]);
       const bars = new Plot(box(190, 100), [0.5, count + 0.5], span(weights, -60, 60, 0.02));
-      const sum = new Plot(box(356, 150), ends, span([made, wanted], -40, 40, 0.2));
+      const sum = new Plot(box(height - 188, 150), ends, span([made, wanted], -40, 40, 0.2));
       plots = [activity, sum];
       const bar = (i: number): string => {
         const [zero, top, wide] = [bars.y(0), bars.y(weights[i]![row]!), bars.x(1) - bars.x(0)];
@@ -42,11 +44,12 @@ export function net(): void {
       };
       return svg(
         width,
-        356 + 150 + 38,
+        height,
+        meant,
         activity.framed("", "values of the ten functions µ_i", ...neurons.map((one, i) => activity.line(t, one, "thin c-green", `mu n${i}`)), activity.upright(t[row]!)),
         bars.framed("function i", `their weights Ŵ_i along ${"xyz"[axis.value]} at ${fixed(t[row]!, 2)} s`, bars.level(0), ...neurons.map((_, i) => bar(i))),
-        sum.framed("time [s]", `force along ${"xyz"[axis.value]} [N]`, sum.level(0), sum.line(t, wanted, "dashed c-ink", "true"), sum.line(t, made, "c-blue", "sum"), sum.upright(t[row]!), sum.labels(t, [{ ys: wanted, said: `what it should equal, −A_${"xyz"[axis.value]}`, look: "c-ink", symbol: "true" }, { ys: made, said: "the net: Σ Ŵ_i µ_i", look: "c-blue", symbol: "sum" }], 0.03, 0.6)),
-        flown.lost ? text(width - 12, 349, `${flown.lost}: the curves end there`, "c-vermillion", "end") : "",
+        sum.framed("time [s]", `force along ${"xyz"[axis.value]} [N]`, sum.level(0), sum.line(t, wanted, "dashed c-ink", "true"), sum.line(t, made, "c-blue", "sum"), sum.upright(t[row]!)),
+        flown.lost ? text(width - 12, height - 195, `${flown.lost}: the curves end there`, "c-vermillion", "end") : "",
       );
     };
   });

@@ -145,7 +145,7 @@ FLIGHTS: Mapping[str, Mapping[str, Any]] = {
     "sliding": {**STAY, "start": {"position": [-1.5, 0.0, 0.0]}, "simulation": {"duration": 8.0, "log_period": LOGGED}},
     "net": {"path": {"type": "minimum-jerk", "end": [20.0, 5.0, 10.0], "duration": 6.0},
         "controller": {"type": "backstepping"}, "simulation": {"duration": 10.0, "log_period": LOGGED}},
-    "lyapunov": {**STAY, **SMOOTH, "simulation": {"duration": 12.0, "log_period": LOGGED}},
+    "lyapunov": {**STAY, **SMOOTH, "simulation": {"duration": 7.0, "log_period": LOGGED}},
 }  # fmt: skip
 """The missions that the figures begin with, by the figure's id."""
 
