@@ -463,6 +463,7 @@ def test_divergence_is_told(open_page):
     log = fly(read_mission(EXAMPLES / "stress.toml").plan(EXAMPLES))
     assert re.fullmatch(r"Lost at (.+) s", text)
     assert page.evaluate("quadstep.outcome().ended") == pytest.approx(log.ended, abs=0.3)
+    assert "does not bound the flight" in page.locator("#promise").inner_text()  # the conditions hold
     page.click(".badge summary")
     assert "Reason:" in page.locator(".sheet").inner_text()
 

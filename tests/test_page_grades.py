@@ -33,7 +33,9 @@ def logs():
 @pytest.fixture(scope="module")
 def page_file(tmp_path_factory, logs):
     file = tmp_path_factory.mktemp("grades") / "page.html"
-    file.write_text(missions_page([flown(name, mission, log=log) for name, (mission, log) in logs.items()]), encoding="utf-8")
+    shown = [flown(name, mission, log=log) for name, (mission, log) in logs.items()]
+    grouped = [one._replace(group="Others") if one.name == "lost" else one for one in shown]
+    file.write_text(missions_page(grouped), encoding="utf-8")
     return file
 
 
@@ -55,9 +57,11 @@ def test_page_and_python_measure_and_grade_alike(open_page, logs):
 
 def test_the_mark_of_a_flight_is_that_of_its_grade(open_page):
     page = open_page()
+    assert not page.locator(".others .stop").is_visible() and not page.locator(".key-line").is_visible()
     marks = {}
     for name in ("a-circle", "over-at-once", "lost"):
         page.evaluate("id => quadstep.select(id)", name)
         marks[name] = page.locator(".badge summary .mark").inner_text()
         assert page.locator("#walk [aria-current] .dot").get_attribute("class").split()[1] in ("good", "fair", "bad")
+    assert page.locator(".others .stop").is_visible() and page.locator(".key-line").is_visible()
     assert marks == {"a-circle": "✓", "over-at-once": "!", "lost": "✕"}

@@ -19,6 +19,7 @@ export function badge(host: HTMLElement, shown: Shown): void {
     h("span", { class: `mark ${mark.kind}`, "aria-hidden": "true" }, mark.glyph),
     h("span", { id: "outcome" }, outcome(shown)),
     theorem ? h("span", { id: "conditions", class: broken.length ? "bad" : "good" }, theorem) : null,
+    theorem && !broken.length && mark.kind === "bad" ? h("span", { id: "promise" }, promise(conditions)) : null,
   );
   const details = h("details", { class: "badge" }, summary, h("div", { class: "sheet" }));
   const sheet = details.lastElementChild!;
@@ -49,8 +50,20 @@ export function badge(host: HTMLElement, shown: Shown): void {
   fill(host, details);
 }
 
-/** How the flight ended. */
-function outcome({ flight, graded: { grade, labels }, whole }: Shown): string {
+/** Why a lost flight does not contradict the conditions that hold: what they promise (docs/theory.md, Theorem A). */
+function promise(conditions: readonly Judged[]): string {
+  return conditions.some(({ condition }) => condition.source === "repaired theorem")
+    ? "No contradiction: the repaired theorem says where L falls at an instant, outside a ball that grows with the errors. It does not bound the flight."
+    : "No contradiction: conditions on the gains alone do not bound the flight.";
+}
+
+/** How the flight ended; where many are counted, that this is the one without their draws. */
+function outcome(shown: Shown): string {
+  const said = inWords(shown);
+  return shown.data.rate ? `Nominal flight: ${said[0]!.toLowerCase()}${said.slice(1)}` : said;
+}
+
+function inWords({ flight, graded: { grade, labels }, whole }: Shown): string {
   const ended = `${number(flight.ended, 3)} s`;
   if (whole !== undefined) return `First ${ended} of ${number(whole, 3)} s`;
   if (grade === "lost") return `Lost at ${flight.ended.toFixed(2)} s`;

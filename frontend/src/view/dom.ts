@@ -19,7 +19,12 @@ export function h<K extends keyof HTMLElementTagNameMap>(
 }
 
 export function append(parent: Element, ...children: Child[]): void {
-  for (const child of children) if (child !== null && child !== undefined) parent.append(child);
+  for (const child of children) if (child !== null && child !== undefined) parent.append(typeof child === "string" ? typeset(child) : child);
+}
+
+/** Text as it is set: the apostrophe of a word is not that of a typewriter. */
+export function typeset(text: string): string {
+  return text.replace(/(?<=\p{L})'(?=\p{L})/gu, "’");
 }
 
 /** Replaces everything in an element. */

@@ -64,7 +64,7 @@ export class Guide {
       this.open(0);
       this.reveal();
     });
-    fill(this.host, h("div", { class: "guide-card" }, h("h2", {}, this.story.title), h("p", {}, `A ${count}-step tour: in each step, move one control and watch one thing.`), start));
+    fill(this.host, h("div", { class: "guide-card" }, h("h2", {}, "New here?"), h("p", {}, `“${this.story.title}”: in each of ${count} steps, move one control and watch one thing.`), start));
   }
 
   /** Until a guess is made nothing can be tried that answers it. */

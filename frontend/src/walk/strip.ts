@@ -10,6 +10,7 @@ const GLYPHS = { holds: "✓", fails: "✕", open: "?" } as const;
 
 export class Strip {
   private readonly buttons = new Map<string, HTMLButtonElement>();
+  private readonly others = h("details", { class: "others" }); // closed, so that the flight itself is near the top
 
   constructor(host: HTMLElement, session: Session) {
     const groups = new Map<string, FlightData[]>();
@@ -19,8 +20,11 @@ export class Strip {
       this.buttons.set(flight.id, button);
       return button;
     };
-    const parts = [...groups].map(([name, flights]) => stretch(name, flights, make));
-    fill(host, ...parts, key(session.page));
+    const [first, ...others] = [...groups].map(([name, flights]) => stretch(name, flights, make));
+    const marks = key(session.page);
+    const count = session.page.flights.length - [...groups.values()][0]!.length;
+    fill(this.others, h("summary", {}, `${count} more flight${count === 1 ? "" : "s"}${marks ? ", and what the marks mean" : ""}`), h("div", { class: "lane" }, ...others), marks);
+    fill(host, h("div", { class: "lane" }, first), ...(others.length ? [this.others] : [marks]));
     host.hidden = session.page.flights.length < 2;
     session.shown.watch((shown) => shown && this.mark(shown.data.id));
   }
@@ -45,6 +49,7 @@ export class Strip {
   private mark(id: string): void {
     for (const [key, button] of this.buttons) {
       const here = key === id;
+      if (here && this.others.contains(button)) this.others.open = true;
       if (here && button.getAttribute("aria-current") !== "true") requestAnimationFrame(() => reveal(button)); // once it is laid out
       if (here) button.setAttribute("aria-current", "true");
       else button.removeAttribute("aria-current");
@@ -88,7 +93,7 @@ function stretch(name: string, flights: readonly FlightData[], make: (flight: Fl
 
 /** Within its strip only: the page itself must not move. */
 function reveal(button: HTMLElement): void {
-  const strip = button.closest<HTMLElement>("#walk");
+  const strip = button.closest<HTMLElement>(".lane");
   if (!strip) return;
   const [outer, inner] = [strip.getBoundingClientRect(), button.getBoundingClientRect()];
   if (inner.left < outer.left + 16) strip.scrollBy({ left: inner.left - outer.left - 40 });

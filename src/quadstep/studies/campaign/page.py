@@ -16,6 +16,7 @@ from quadstep.engines.sweep import number_names, sweep_module
 from quadstep.engines.sweep_trace import OUTCOME
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
+from quadstep.mission.fields import label
 from quadstep.mission.read import plan_mission
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.numbers import Table, flatten
@@ -86,7 +87,7 @@ def of_batch(batch: PlannedBatch, campaign: Campaign) -> Rate:
         every=batch.ticks.every,
         results=OUTCOME + len(flatten(batch.loop.start(batch.start, batch.parameters).score)),
         failure={name: float(most) for name, most in campaign.file.failure.items()},
-        keys=tuple(f"{key} ({variation_text(campaign.file, key)})" for key in campaign.file.keys),
+        keys=tuple(f"{label(campaign.mission, key)}: {variation_text(campaign.file, key)}" for key in campaign.file.keys),
     )  # fmt: skip
 
 

@@ -197,12 +197,12 @@ __all__ = ["Claim", "ClaimVerdict", "check_claims"]
 
 
 def answer(claims: Sequence[Claim]) -> str:
-    """The result for the paper's claims, in a sentence."""
+    """The result for the paper's claims."""
     count = {kind: sum(claim.verdict is kind for claim in claims) for kind in ClaimVerdict}
     hold, fail, undecided = (count[kind] for kind in (ClaimVerdict.HOLDS, ClaimVerdict.FAILS, ClaimVerdict.UNDECIDED))
     return (
         f"Of {len(claims)} claims that the paper makes about its simulations, {hold} hold when reproduced, {fail} fail, and "
-        f"{undecided} cannot be decided; gains and whatever else the paper does not give are our own."
+        f"{undecided} cannot be decided. The gains and other values that the paper does not give are our own."
     )
 
 
