@@ -14,19 +14,24 @@ from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.linear.grade import Grade, grade, margin_metrics
 from quadstep.metrics.registry import MARGINS, SOUND
-from quadstep.metrics.requirements import Requirement, judge, quantity, with_full_names
+from quadstep.metrics.requirements import Requirement, with_full_names
 from quadstep.metrics.requirements import unit as unit_of
 from quadstep.metrics.verdict import Case, scalars
 from quadstep.mission.check import check
 from quadstep.mission.fields import Finite, Name, Section, as_tuple, dotted, key_parts, plain, unit
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
+from quadstep.report.units import ANGLES, DIGITS, handy, number, of_angle, unit_suffix
 from quadstep.studies.interface import fly
 from quadstep.studies.tuning.gains import looked_up
 
 OWN = Path(__file__).parent / "lessons.toml"
 HARMLESS = ("name", "tune")
 """Keys that move no flight and no grade."""
+
+SAID = {"position_rmse": "RMSE", "largest_tilt": "lean", "u.largest": "largest thrust"}
+ERRORS = {"rmse": "RMSE", "largest": "largest error", "final": "final error"}
+"""Metrics as the lessons call them, and last names of those of one axis."""
 
 
 class LessonTask(Section):
@@ -79,7 +84,12 @@ def tasks(lesson: str, source: Path = OWN) -> list[LessonTask]:
     found = check(Tasks, read_toml(source), str(source), source.parent).tasks
     chosen = [one for one in found if lesson in (one.name, one.name.partition(".")[0])]
     if not chosen:
-        raise UserError(unknown_name("lesson or exercise", lesson, [one.name for one in found]))
+        of, _, exercise = lesson.partition(".")
+        graded = ", ".join(one.name for one in found if exercise.isdecimal() and one.name.startswith(f"{of}."))
+        if graded:
+            raise UserError(f"exercise {lesson:.20} is not graded; of lesson {of}: {graded}")
+        whole = [one.name.partition(".")[0] for one in found]
+        raise UserError(unknown_name("lesson or exercise", lesson, dict.fromkeys((*whole, *(one.name for one in found)))))
     return chosen
 
 
@@ -110,10 +120,15 @@ def grade_cell(name: str, mission: Mission) -> None:
 def differing_keys(task: LessonTask, mission: Mission, content: object) -> tuple[Case, ...]:
     """Keys in which a mission is another than the task's."""
     found = []
+    absent: dict[str, list[str]] = {}
     for key, wanted in task.same.items():
         value = at(mission, content, key)
-        if value != wanted:
+        table, place, *rest = (*key_parts(key), "")
+        if place.isdecimal() and rest[1:] and nested_values(content, [table, place]) is None:
+            absent.setdefault(table, []).append(f"{'.'.join(rest[:-1])} = {shown(wanted)}")
+        elif value != wanted:
             found.append(Case(key, wrong(key, shown(wanted), shown(value))))
+    found += [Case(table, f"the mission has no [[{table}]] with {', '.join(keys)}") for table, keys in absent.items()]
     if task.own and not mission.controller.own:
         law = shown(mission.controller.type)
         found.append(Case("controller.type", wrong("controller.type", "a law of your own, FILE.py:NAME", law)))
@@ -151,9 +166,9 @@ def only(content: object, named: list[list[str]]) -> object:
 def judge_flight(task: LessonTask, mission: Mission, content: object, measured: MeasuredMission) -> tuple[Case, ...]:
     """A flight held against a task. Raises UserError for a limit of what neither the mission nor its flight has."""
     if task.lost:
-        cases = [Case("lost", None if measured.lost else "the flight should be lost, but was completed")]
+        cases = [Case("the flight was lost", None if measured.lost else "the flight should be lost, but was completed")]
     else:
-        cases = [Case("completed", measured.lost and f"the flight should be completed, but {measured.lost}")]
+        cases = [Case("the flight completed", measured.lost and f"the flight should be completed, but {measured.lost}")]
     for word, limits in (("at most", task.most), ("at least", task.least)):
         cases += [judge_limit(name, word, limit, mission, content, measured) for name, limit in limits.items()]
     if task.grade and measured.grade:
@@ -167,16 +182,38 @@ def judge_flight(task: LessonTask, mission: Mission, content: object, measured: 
 def judge_limit(name: str, word: str, limit: float, mission: Mission, content: object, measured: MeasuredMission) -> Case:
     """A key of a mission, all its entries, or a metric held against a limit. word: at most, or at least."""
     value = at(mission, content, name)
-    entries, of = value if isinstance(value, list) else [value], unit(mission, name)
+    entries, of, what, lost = value if isinstance(value, list) else [value], unit(mission, name), name, None
     if not all(isinstance(one, int | float) for one in entries):
         (required,) = with_full_names([Requirement(name, limit)], measured.numbers)
-        if word == "at most":
-            return judge(required, measured.numbers, measured.lost).case
-        entries, of = [measured.numbers[required.metric]], unit_of(required.metric)
+        entries, of, what = [measured.numbers[required.metric]], unit_of(required.metric), in_words(name)
+        lost = None if name in MARGINS else measured.lost
     found = None if None in entries else max(entries) if word == "at most" else min(entries)
     missed = found is None or (found > limit if word == "at most" else found < limit)
-    wanted = f"{word} {quantity(limit, of)}"
-    return Case(f"{name} {wanted}", wrong(name, wanted, quantity(found, of)) if missed else None)
+    wanted = f"{word} {sized(limit, of)}"
+    if lost:
+        return Case(f"{what} {wanted}", f"{what} should be {wanted}, but the flight {lost}")
+    is_now = "never reached" if found is None else sized(found, of, limit)
+    return Case(f"{what} {wanted}", wrong(what, wanted, is_now) if missed else None)
+
+
+def in_words(metric: str) -> str:
+    """`RMSE along x` of `position.x.rmse`."""
+    first, _, rest = metric.partition(".")
+    axis, _, last = rest.partition(".")
+    if first == "position" and last in ERRORS:
+        return f"{ERRORS[last]} along {axis}"
+    return SAID.get(metric, metric.replace("_", " ").replace(".", " "))
+
+
+def sized(value: float, of: str, limit: float | None = None) -> str:
+    """A number as people read it. limit: what it does not keep: so many digits that the two differ; without it, no zeros
+    at its end.
+    """
+    of, factor = (of_angle if of in ANGLES else handy)(of or "-", abs(value))
+    if limit is None:
+        return f"{factor * value:.4g}{unit_suffix(of)}".replace("\N{NO-BREAK SPACE}", " ")
+    digits = next((one for one in range(DIGITS, 9) if f"{value:.{one}g}" != f"{limit:.{one}g}"), 9)
+    return f"{number(factor * value, digits)}{unit_suffix(of)}".replace("\N{NO-BREAK SPACE}", " ")
 
 
 def wrong(what: str, wanted: str, found: str) -> str:
