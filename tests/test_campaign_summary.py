@@ -9,7 +9,7 @@ from scipy.stats import binomtest
 
 from quadstep.metrics.statistics import exact_share, share
 from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
-from quadstep.studies.campaign.report_text import answer, outcomes
+from quadstep.studies.campaign.report_text import answer, outcomes, percent
 from quadstep.studies.campaign.summary import LARGEST, RMSE, as_json, sentences, summarise
 
 
@@ -164,9 +164,9 @@ def test_a_number_that_is_none_reaches_no_statistic():
 def test_every_interval_of_flights_whose_number_chance_decided_is_that_of_all_looks():
     found = summarise(Made(TABLE), tail=0.005)
     assert found.success == exact_share(4, 10, 0.005)
-    spans = {name: (span.low, span.high) for name, _, span in outcomes(found).rows}
-    assert spans["off-path"] == exact_share(3, 10, 0.005)[1:]
-    assert spans["off-path"][1] > exact_share(3, 10, 0.025).high
+    shares = {row[0]: row[2] for row in outcomes(found).rows}
+    assert shares["lost: off-path"] == percent(exact_share(3, 10, 0.005))
+    assert shares["lost: off-path"] != percent(exact_share(3, 10, 0.025))
 
 
 def test_the_words_have_the_numbers():

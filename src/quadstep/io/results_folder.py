@@ -142,6 +142,10 @@ class Folder:
         for place in range(len(way), 0, -1):
             self.remove_empty("/".join(way[:place]))
 
+    def move(self, name: str, new: str) -> None:
+        """Give what is directly in it another name. Raises OSError."""
+        os.rename(name, new, src_dir_fd=self.handle, dst_dir_fd=self.handle)
+
     def remove_empty(self, name: str) -> None:
         *way, last = parts_of(name)
         with contextlib.suppress(OSError), self.inside(way) as handle:

@@ -9,7 +9,6 @@ import math
 import os
 import queue
 import secrets
-import shutil
 import threading
 import time
 import unicodedata
@@ -127,10 +126,11 @@ class Member:
         return next((one for one in reversed(self.attempts) if one.grade), None)
 
     def counts(self, text: str, result: SubmissionResult, flight: Path | None = None) -> None:
-        """Add an attempt, and write all of them down. flight: a folder that becomes its own. Raises OSError."""
+        """Add an attempt, and write all of them down. flight: its draft, to be renamed. Raises OSError."""
         number = 1 + max([0, *numbered(self.folder), *(one.number for one in self.attempts)])
         if flight:
-            flight.rename(self.folder / f"{number}")
+            with opened(self.folder) as folder:
+                folder.move(flight.name, f"{number}")
         self.attempts.append(Attempt(number, time.time(), text, *result))
         self.attempts = [one for one in self.attempts[:-MOST_ATTEMPTS] if one is self.best] + self.attempts[-MOST_ATTEMPTS:]
         self.folder.mkdir(parents=True, exist_ok=True)
@@ -143,6 +143,12 @@ class Member:
             for number in numbered(self.folder):
                 if number not in kept:
                     folder.remove_tree(f"{number}")
+
+
+def cleared(place: Path) -> None:
+    """Remove a flight, as far as possible."""
+    with contextlib.suppress(OSError, UserError), opened(place.parent) as folder:
+        folder.remove_tree(place.name)
 
 
 def numbered(folder: Path) -> list[int]:
@@ -216,7 +222,7 @@ class Room:
 
     def fly_own(self) -> None:
         """Fly the class's mission as it is, which is to be beaten."""
-        shutil.rmtree(self.own_folder, ignore_errors=True)
+        cleared(self.own_folder)
         with contextlib.suppress(OSError, UserError):
             self.own = flown_apart("", self.ground, self.own_folder, self.section.seconds)
 
@@ -225,7 +231,7 @@ class Room:
         member, text = self.waiting.get()
         member.message, draft = "Being flown.", member.folder / DRAFT
         try:
-            shutil.rmtree(draft, ignore_errors=True)
+            cleared(draft)
             result = flown_apart(text, self.ground, draft, self.section.seconds)
             with self.lock:
                 member.counts(text, result, draft if result.grade else None)
@@ -234,7 +240,7 @@ class Room:
         with self.lock:
             member.tidy()
             member.message, member.waits = result.message, False
-        shutil.rmtree(draft, ignore_errors=True)
+        cleared(draft)
 
     def board(self) -> list[Member]:
         """Who has a flight that is ranked, the best first."""
@@ -243,7 +249,7 @@ class Room:
 
 def restored(member: Member) -> Member:
     """A student with the attempts that an earlier run wrote down. Raises UserError for a record that cannot be read."""
-    shutil.rmtree(member.folder / DRAFT, ignore_errors=True)
+    cleared(member.folder / DRAFT)
     place = member.folder / ATTEMPTS
     if files.is_file(place):
         try:
