@@ -251,13 +251,14 @@ def still(name: str) -> str:
 
 
 def errata(wrong: Mapping[str, Sequence[str]]) -> str:
-    """A table of what is wrong: where, what is printed, what is right, and the numbers that show it."""
-    columns = ("where", "printed", "what is wrong, what is right", "shown by")
+    """A table of what is wrong: where, what is printed, and what is right, with the numbers that show it."""
+    columns = ("where", "printed", "what is wrong, what is right")
     header = "".join(f'<th scope="col">{text}</th>' for text in columns)
     wrong = {name: [QUOTE.sub("“\\1”", cell) for cell in cells] for name, cells in wrong.items()}
     rows = "".join(
-        f'<tr><th scope="row">{rich(name)}</th>{"".join(f"<td>{typeset(dollars(cell))}</td>" for cell in cells)}</tr>'
+        f'<tr><th scope="row">{rich(name)}</th><td>{printed}</td><td>{right} <small>Shown by: {shown}</small></td></tr>'
         for name, cells in wrong.items()
+        for printed, right, shown in [[typeset(dollars(cell)) for cell in cells]]
     )
     table = f"<table><thead><tr>{header}</tr></thead><tbody>{rows}</tbody></table>"
     return f'<div class="scroll" tabindex="0" role="region" aria-label="Errors of the print">{table}</div>'
