@@ -1,5 +1,6 @@
 """`quadstep compare` from file to folder: its files, what all controllers share, resumed runs, and what it refuses."""
 
+import html
 import json
 import math
 import os
@@ -454,7 +455,7 @@ def test_the_best_of_laws_that_do_not_follow_their_path_is_not_praised(tmp_path)
     result = quadstep("compare", *files, "--seeds", 6, "--out", out)
     assert result.code == 0
     report = (out / "report.html").read_text(encoding="utf-8")
-    answer = re.search(r'<p class="answer">(.*?)</p>', report)[1]
+    answer = html.unescape(re.search(r'<p class="answer">(.*?)</p>', report)[1])
     assert answer.startswith("No mission flies as asked: ")
     assert "cm, but in its median flight, its error is large for its path (" in answer
     assert answer[1:-1].replace("\N{NO-BREAK SPACE}", " ") in result.out
