@@ -194,6 +194,7 @@ def test_points_and_cells_say_what_they_are(tmp_path, browsers):
     write_report(tmp_path, "spots")
     told = json.loads(unescape(re.search(r'data-axes="([^"]*)"', (tmp_path / "spots.svg").read_text(encoding="utf-8"))[1]))
     opened = browsers[False].page()
+    opened.set_viewport_size({"width": 1280, "height": 720})
     opened.goto((tmp_path / "report.html").as_uri())
     shown = opened.locator("svg[data-axes]").bounding_box()
     scale = shown["width"] / opened.evaluate("document.querySelector('svg[data-axes]').viewBox.baseVal.width")
