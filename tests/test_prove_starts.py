@@ -32,7 +32,7 @@ class Gains(NamedTuple):
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
-    leak: Number = gain({leak}, "1/s", "of what is remembered")
+    leak: Number = gain({leak}, "1/s", "of what is remembered", zero=True)
 
 
 class Memory(NamedTuple):
