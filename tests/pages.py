@@ -134,7 +134,9 @@ def serving(running):
     """The port of a server that answers while the block runs."""
     thread = threading.Thread(target=running.serve_forever, kwargs={"poll_interval": 0.02})
     thread.start()
-    yield running.server_address[1]
-    running.shutdown()
-    thread.join()
-    running.server_close()
+    try:
+        yield running.server_address[1]
+    finally:
+        running.shutdown()
+        thread.join()
+        running.server_close()

@@ -268,12 +268,10 @@ def test_a_package_that_is_not_installed_is_one_line_that_says_how_to_install_it
     assert not (tmp_path / "out").exists()
 
 
-def test_flying_one_flight_again_needs_no_extra_or_says_which(tmp_path):
+def test_flying_one_flight_again_needs_no_extra(tmp_path):
     path = written(tmp_path, MASS, head="flights = 5")
     run = without("pyarrow", "fly", path, "--flight", 1, "--out", tmp_path / "out")
-    if run.returncode:
-        assert run.returncode == 2
-        assert re.fullmatch(r"quadstep: error: .*needs pyarrow.*quadstep\[campaign\]\n", run.stderr), run.stderr[-300:]
+    assert (run.returncode, run.stderr) == (0, "")
 
 
 def test_a_campaign_needs_nothing_that_it_does_not_use(tmp_path):
