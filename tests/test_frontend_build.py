@@ -12,6 +12,7 @@ from tests.needs import BUILD_TOOLS, NPM, needs, without
 
 ROOT = Path(__file__).parent.parent
 FONTS = Path("src/quadstep/report/fonts")
+COLOURS = Path("src/quadstep/report/colours.css")
 ASSETS = ROOT / "src" / "quadstep" / "page" / "assets"
 
 
@@ -21,6 +22,7 @@ def sources(tmp_path_factory):
     folder = tmp_path_factory.mktemp("build") / "frontend"
     shutil.copytree(FRONTEND, folder, ignore=shutil.ignore_patterns("node_modules"))
     shutil.copytree(ROOT / FONTS, folder.parent / FONTS)
+    shutil.copy(ROOT / COLOURS, folder.parent / COLOURS)
     if build_tools():
         (folder / "node_modules").symlink_to(FRONTEND / "node_modules")
         return folder

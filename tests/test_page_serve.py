@@ -710,15 +710,15 @@ def test_a_flight_is_listed_with_a_picture_of_its_path_and_of_where_it_was_lost(
     rows = "".join(f"{t},{10 * t},{5 * t * t},{0.1 * t},{10 * t},{5 * t * t},0\n" for t in np.linspace(0.0, 1.0, 1000))
     found = stamped(tmp_path, LOG + rows)
     assert (found.status, found.kind) == (200, "image/svg+xml")
-    flown, desired = re.findall(r'<path d="M([^"]*)"', found.text)[:2]
+    desired, flown = re.findall(r'<path d="M([^"]*)"', found.text)[:2]
     points = np.array([[float(one) for one in pair.split()] for pair in flown.split("L")])
     assert len(points) > 200
     assert np.allclose(points[:, 1] - points[0, 1], -((points[:, 0] - points[0, 0]) ** 2) / 440.0, atol=0.2)
     assert desired == flown, "they differ in height, which is not seen from above"
     assert "x 10 m, y 5 m" in found.text
-    assert "#c22" in found.text.split("<path")[2]
-    assert "#c22" not in found.text.split("<path")[3]
-    assert "#c22" in stamped(tmp_path, LOG + rows, "diverged").text.split("<path")[3]
+    assert "--blue:" in found.text
+    assert "var(--bad)" not in found.text.split("<path")[3]
+    assert "var(--bad)" in stamped(tmp_path, LOG + rows, "diverged").text.split("<path")[3]
     assert 'src="/thumb/one/"' in answer(tmp_path, "/").text
 
 

@@ -218,7 +218,7 @@ function marks(axis: Axis, count: number): [number, string][] {
 function line(x1: number, y1: number, x2: number, y2: number): SVGElement {
   const made = document.createElementNS(SVG, "path");
   made.setAttribute("d", `M${x1} ${y1}L${x2} ${y2}`);
-  made.setAttribute("style", "fill: none; stroke: #e0e0e0; stroke-width: 0.5");
+  made.setAttribute("style", "fill: none; stroke: color-mix(in srgb, var(--ink) 12%, transparent); stroke-width: 0.5");
   return made;
 }
 

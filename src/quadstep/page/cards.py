@@ -24,7 +24,7 @@ from quadstep.metrics.registry import Metrics
 from quadstep.metrics.verdict import scalars
 from quadstep.page.folder import ResultFolder, name_in, scored_from
 from quadstep.page.model import identity
-from quadstep.report import markup, units
+from quadstep.report import colours, markup, units
 from quadstep.report.markup import page_text, paragraph
 
 DROP = (
@@ -154,7 +154,7 @@ WIDE, HIGH, MARGIN, CAPTION = 300.0, 150.0, 14.0, 12.0
 FLAT = 0.3
 """Height over width of a path below which it is seen from above."""
 
-STYLES = 'stroke="#111"', 'stroke="#c22" stroke-dasharray="4 3"'
+STYLES = 'stroke="var(--blue)" stroke-width="1.6"', 'stroke="var(--blue)" stroke-width="5" opacity="0.26"'
 """Of the path as flown, and as desired."""
 
 LARGEST = 1e15
@@ -171,16 +171,16 @@ def thumbnail(log: io.BufferedReader, lost: bool) -> str:
     span = np.maximum(flown.max(axis=0), desired.max(axis=0)) - low
     size = float(min((np.array([WIDE, HIGH - CAPTION]) - 2.0 * MARGIN) / np.maximum(span, 1e-9)))
     drawn = [(one - low - 0.5 * span) * [size, -size] + [0.5 * WIDE, 0.5 * (HIGH - CAPTION)] for one in (flown, desired)]
-    lines = [line(one, style) for one, style in zip(drawn, STYLES, strict=True)]
+    lines = [line(one, style) for one, style in zip(reversed(drawn), reversed(STYLES), strict=True)]
     x, y = drawn[0][-1]
     end = f"M{x - 6:.1f} {y - 6:.1f}l12 12m0-12l-12 12" if lost else f"M{x:.1f} {y:.1f}h0"
-    stroke = 'stroke="#c22" stroke-width="3"' if lost else 'stroke="#111" stroke-width="6"'
+    stroke = 'stroke="var(--bad)" stroke-width="3"' if lost else 'stroke="var(--blue)" stroke-width="6"'
     said = f"{'xyz'[across]} {span[0]:.2g} m, {'xyz'[up]} {span[1]:.2g} m"
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDE:g} {HIGH:g}" fill="none" stroke-linecap="round" '
-        f'stroke-linejoin="round">{"".join(lines)}<path d="{end}" {stroke}/>'
-        f'<text x="{WIDE - 4:g}" y="{HIGH - 5:g}" text-anchor="end" font-family="sans-serif" font-size="13" fill="#666">{said}'
-        "</text></svg>"
+        f'stroke-linejoin="round"><style>{colours.STYLE}</style>{"".join(lines)}<path d="{end}" {stroke}/>'
+        f'<text x="{WIDE - 4:g}" y="{HIGH - 5:g}" text-anchor="end" font-family="sans-serif" font-size="13" '
+        f'fill="var(--muted)">{said}</text></svg>'
     )
 
 
@@ -188,7 +188,7 @@ def line(points: NDArray[np.float64], style: str) -> str:
     """A path through points, those left out that lie where the one before does."""
     texts = [f"{x:.1f} {y:.1f}" for x, y in points]
     moved = [texts[0], *(one for before, one in pairwise(texts) if one != before)]
-    return f'<path d="M{"L".join(moved)}" stroke-width="1.6" {style}/>'
+    return f'<path d="M{"L".join(moved)}" {style}/>'
 
 
 def view_axes(flown: NDArray[np.float64]) -> tuple[int, int]:

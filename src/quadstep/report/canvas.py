@@ -20,6 +20,7 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from quadstep.report.axes import typeset_decades
+from quadstep.report.colours import CURVES
 from quadstep.report.markup import FOR_FIGURES, TEXT
 from quadstep.report.sheet import Sheet
 from quadstep.report.told import described_svg, mark
@@ -135,15 +136,14 @@ STYLE: dict[str, object] = {
 }
 
 LINES: tuple[dict[str, Any], ...] = (
-    {"color": "black", "linestyle": "-", "linewidth": 1.2},
-    {"color": "#b2182b", "linestyle": "--", "linewidth": 1.4},
-    {"color": "#2166ac", "linestyle": "-.", "linewidth": 1.3},
-    {"color": "0.45", "linestyle": ":", "linewidth": 1.8},
+    {"color": CURVES[0], "linestyle": "-", "linewidth": 1.3},
+    {"color": CURVES[1], "linestyle": "--", "linewidth": 1.4},
+    {"color": CURVES[2], "linestyle": ":", "linewidth": 1.8},
+    {"color": CURVES[3], "linestyle": "-.", "linewidth": 1.3},
 )
 """Told apart by dashes alone; colour only helps."""
 
-
-BAND = {**LINES[0], "color": "#efb4ae", "linestyle": "-", "linewidth": 3.6, "zorder": 1.9, "solid_capstyle": "butt"}
+BAND = {**LINES[0], "alpha": 0.26, "linewidth": 4.0, "zorder": 1.9, "solid_capstyle": "butt"}
 """What is asked for, below the line of what comes of it, which it would hide."""
 
 PACKED = 3

@@ -39,19 +39,17 @@ class TableSection(NamedTuple):
 
 
 class Figure(NamedTuple):
-    """A figure. name: of its file in the folder, without ending. coded: whether its colours are values.
-
-    label: what it is, in a word, for the terminal, which does not name it without one. set_as: how its caption is set as HTML.
+    """A figure. name: of its file in the folder, without ending. label: what it is, in a word, for the terminal, which names
+    it only then. set_as: how its caption is set as HTML.
     """
 
     name: str
     caption: str
-    coded: bool = False
     label: str = ""
     set_as: Callable[[str], str] = rich
 
     def html(self, out: Path) -> str:
-        return markup.figure(out / self.name, self.caption, self.coded, self.set_as)
+        return markup.figure(out / self.name, self.caption, self.set_as)
 
 
 Section: TypeAlias = TableSection | Figure | str

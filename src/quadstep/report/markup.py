@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.io import __version__
+from quadstep.report.colours import STYLE, themed
 from quadstep.report.units import rich, unbroken
 
 FONTS = Path(str(files("quadstep.report").joinpath("fonts")))
@@ -73,7 +74,7 @@ Cell = str | tuple[str, str]
 
 def style() -> str:
     """The look of reports."""
-    return files("quadstep.report").joinpath("report.css").read_text(encoding="utf-8")
+    return STYLE + files("quadstep.report").joinpath("report.css").read_text(encoding="utf-8")
 
 
 def script(body: str) -> str:
@@ -173,12 +174,11 @@ def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = ()
     return f'{said}{tiles}<div class="summary">{"".join(figures)}</div>'
 
 
-def figure(path: Path, caption: str, coded: bool = False, set_as: Callable[[str], str] = rich) -> str:
+def figure(path: Path, caption: str, set_as: Callable[[str], str] = rich) -> str:
     """A figure drawn inline: from its SVG file, or from the PNG beside it where there is none.
 
     path: of either, its ending may be left out. Where there is only a PDF, it is named. The ids of an SVG get the file's name
-    in front, so that several can stand on one page. coded: whether its colours stand for values and stay the same in the dark.
-    set_as: of the caption, as for `paragraph`.
+    in front, so that several can stand on one page. set_as: of the caption, as for `paragraph`.
     """
     name = path.name.removesuffix(".svg").removesuffix(".png")
     svg, png = (path.with_name(f"{name}.{ending}") for ending in ("svg", "png"))
@@ -187,20 +187,19 @@ def figure(path: Path, caption: str, coded: bool = False, set_as: Callable[[str]
         drawing = text[text.index("<svg") :]
         for mark in ('id="', 'href="#', "url(#"):
             drawing = drawing.replace(mark, f"{mark}{name}-")
-        return inline_figure(drawing, caption, coded, set_as)
+        return inline_figure(themed(drawing), caption, set_as)
     if png.is_file():
         data = base64.b64encode(png.read_bytes()).decode()
-        return inline_figure(f'<img alt="" src="data:image/png;base64,{data}">', caption, coded, set_as)
+        return inline_figure(f'<img alt="" src="data:image/png;base64,{data}">', caption, set_as)
     return note(f"{caption}: drawn in {name}.pdf.")
 
 
-def inline_figure(drawing: str, caption: str, coded: bool = False, set_as: Callable[[str], str] = rich) -> str:
-    """A figure from its markup. coded, set_as: as for `figure`."""
+def inline_figure(drawing: str, caption: str, set_as: Callable[[str], str] = rich) -> str:
+    """A figure from its markup. set_as: as for `figure`."""
     role = "group" if "<a " in drawing else "img"  # of which links would be no part
     shown = f'<div class="drawn" tabindex="0" role="{role}" aria-label="{escape(caption)}">{drawing}</div>'
     height = HEIGHT.search(drawing)
-    kinds = " ".join(["coded"] * coded + ["tall"] * (height is not None and float(height[1]) > TALL))
-    opened = f'<figure class="{kinds}">' if kinds else "<figure>"
+    opened = '<figure class="tall">' if height is not None and float(height[1]) > TALL else "<figure>"
     return f"{opened}{shown}<figcaption>{set_as(caption)}</figcaption></figure>"
 
 

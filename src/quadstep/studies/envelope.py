@@ -71,7 +71,7 @@ class Map(Study[Envelope]):
             sentences=[sentence(envelope)],
             record=as_json(envelope),
             facts=[fact(one) for one in envelope.panels],
-            figures=[Figure(PICTURE, caption(envelope), coded=True, label="Map")],
+            figures=[Figure(PICTURE, caption(envelope), label="Map")],
             sections=[
                 TableSection("Panel by panel", "panels", HEADER, rows),
                 TableSection("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),

@@ -217,7 +217,7 @@ def tube(traced: TubeRecord) -> Drawing:
     panels = figure.subplots(len(traced.axes), 2, sharex=True, squeeze=False)
     for (path, band), axis, error, bound in zip(panels, traced.axes, 1e3 * traced.error.T, 1e3 * traced.bound.T, strict=True):
         top, low = (np.array(canvas.thin(traced.time, error + sign * bound)) for sign in (1.0, -1.0))
-        path.fill(*np.hstack([top, low[:, ::-1]]), color="#2166ac", alpha=0.3, linewidth=0.0)
+        path.fill(*np.hstack([top, low[:, ::-1]]), color=canvas.LINES[0]["color"], alpha=0.3, linewidth=0.0)
         path.plot(*canvas.thin(traced.time, error), label="off the path", **canvas.LINES[0])
         band.plot(*canvas.thin(traced.time, bound), label="at most off the flight", **canvas.LINES[0])
         path.set_ylabel(f"error in {axis} [mm]")

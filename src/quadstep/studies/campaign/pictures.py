@@ -14,12 +14,13 @@ from quadstep.metrics.statistics import Estimate, share
 from quadstep.report import units
 from quadstep.report.axes import CLEAR, STEPS, Powers, plain_decades
 from quadstep.report.canvas import drawing, margins, new_figure, wrapped, write
+from quadstep.report.colours import COLOURS
 from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.studies.campaign.varied import Bins, spans_decades
 
 Numbers = NDArray[np.float64]
 
-FILL, LINE, LIMIT = "0.8", "black", "#b2182b"
+FILL, LINE, LIMIT = "0.8", "black", COLOURS["vermillion"]
 PLACES = 60
 """Most bars of a histogram."""
 

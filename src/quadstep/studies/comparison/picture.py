@@ -10,12 +10,13 @@ from matplotlib.figure import Figure
 
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import drawing, legend_columns, write
+from quadstep.report.colours import CURVES
 from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.report.told import ToldPlace, tell
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.words import LOST, interval_text, percent, share_lost, situation_caption, title, unit_of
 
-SHAPES, FACES = "osD^v<>ph*", ("black", "white", "#b2182b", "#2166ac")
+SHAPES, FACES = "osD^v<>ph*", ("black", "white", *CURVES[:2])
 """Of marks: told apart by shape and fill."""
 
 MANY = 10

@@ -97,7 +97,6 @@ def evidence(
             str(name),
             f"{metric[0].upper()}{metric[1:]} of every {results.kind} in every situation{f' on {vehicle}' if vehicle else ''}"
             f": median, to the {results.high}. {'The paler' if many else 'The farther left'}, the better.",
-            coded=many,  # squares, whose colours are values
         )
         for vehicle, name in pictures.items()
     }

@@ -16,6 +16,7 @@ from quadstep.mission.fields import words
 from quadstep.report import markup, units
 from quadstep.report.axes import Powers
 from quadstep.report.canvas import drawing, margins, new_figure, write
+from quadstep.report.colours import COLOURS
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.progress import Count
 from quadstep.report.sheet import COLUMN, Sheet
@@ -136,7 +137,7 @@ def nearest(summary: RareSummary) -> TableSection:
     return TableSection(title, "nearest", header, rows, text, shown=f"{title}, {where}")
 
 
-OWN, OTHER, END = "black", "#2166ac", "#b2182b"
+OWN, OTHER, END = "black", COLOURS["blue"], COLOURS["vermillion"]
 
 FAR, LINEAR = 30.0, 3.0
 """Largest score for an all-linear axis, and the end of its linear part otherwise: scores of unstable loops can be huge."""

@@ -13,6 +13,7 @@ from quadstep.mission.fields import label
 from quadstep.report import markup, units
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import LINES, drawing, legend_columns, margins, new_figure, write
+from quadstep.report.colours import COLOURS
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import COLUMN, Sheet
@@ -188,7 +189,7 @@ def draw_objective(axes: Axes, result: SearchResult) -> None:
         (
             "a constraint broken or a flight lost",
             [one for one in known if not one.judged.feasible],
-            {"marker": "x", "color": "#b2182b", "linewidths": 0.7},
+            {"marker": "x", "color": COLOURS["vermillion"], "linewidths": 0.7},
         ),
     )
     for kind, candidates, marks in kinds:
