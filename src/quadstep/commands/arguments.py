@@ -24,6 +24,9 @@ WORDED = (
 )
 """What the parser says, how it is said here, and what is added where it says more."""
 
+NUMBERS = {"int_parsing_size": "a smaller number", "int_": "a whole number", "float_": "a number"}
+"""What an option takes, by how the kind of a problem begins which says that it was given something else."""
+
 SUCH_AS = {
     "--budget": ", for instance --budget 2000 (flights)",
     "--x": ", for instance --x disturbance.scale=0:4:5 --y path.duration=4,10,20",
@@ -52,8 +55,8 @@ def problem_message(error: TyperException) -> str:
     if choice:
         names = choice.group(1).replace("'", "").split(", ")
         return f"{option}: {unknown_name('value', problem['input'], names)}"
-    wanted = allowed(problem["type"], getattr(error, "param", None))
-    return f"{option}: should be {wanted or problem['msg']}, not {problem['input']!r:.60}"
+    wanted = next((told for kind, told in NUMBERS.items() if problem["type"].startswith(kind)), problem["msg"])
+    return f"{option}: should be {wanted}, not {problem['input']!r:.60}"
 
 
 def worded(text: str) -> str:
@@ -65,23 +68,6 @@ def worded(text: str) -> str:
             likely = " ".join("".join(others).replace("'", "").split())
             return (said + (more if likely else "")).format(given, likely, SUCH_AS.get(given, ""))
     return text
-
-
-def allowed(kind: str, param: object) -> str:
-    """What an option takes, where a problem of this kind says that it was given something else; empty for other problems."""
-    least, most = getattr(param, "min", None), getattr(param, "max", None)
-    number = "a whole number" if kind.startswith("int_") else "a number" if kind.startswith("float_") else ""
-    number = "a smaller number" if kind == "int_parsing_size" else number
-    of = "of " if number else ""
-    if least is not None and most is not None:
-        within = f"from {least:g} to {most:g}"
-    elif least is not None:
-        within = f"{of}at least {least:g}"
-    else:
-        within = "" if most is None else f"{of}at most {most:g}"
-    if number or kind in ("greater_than_equal", "less_than_equal"):
-        return f"{number} {within}".strip()
-    return ""
 
 
 def unknown_command(given: str, names: Sequence[str]) -> str:

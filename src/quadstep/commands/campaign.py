@@ -34,7 +34,7 @@ def campaign(
     ] = None,
     require: Annotated[
         str | None,
-        typer.Option(metavar="SHARE", help="Least success rate; the lower end of its exact 95 % interval must reach it."),
+        typer.Option(metavar="SHARE", help="Required success rate: the lower end of its exact 95 % interval must reach it."),
     ] = None,
     *,
     delivery: Delivery,

@@ -15,7 +15,7 @@ from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
 from quadstep.commands.arguments import VARIABLE, problem_message, refuse_empty
-from quadstep.commands.options import expanded
+from quadstep.commands.options import Command, expanded
 from quadstep.io.doors import Door
 from quadstep.io.errors import BAD_INPUT, INTERRUPTED, OUTPUT_LOST, InterruptedRun, UserError
 from quadstep.io.files import WRITTEN
@@ -169,7 +169,7 @@ def built(names: Iterable[str] = COMMANDS.own) -> typer.Typer:
         if isinstance(found, typer.Typer):
             app.add_typer(found, name=name, cls=Commands)
         else:
-            app.command(name)(expanded(found))
+            app.command(name, cls=Command)(expanded(found))
     return app
 
 

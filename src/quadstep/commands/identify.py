@@ -51,7 +51,7 @@ def read_logs(logs: Sequence[Path], mapping: str | None) -> "list[FlightRecord]"
 
 def identify(
     logs: LogsArgument,
-    vehicle: Annotated[str, typer.Option(help="Vehicle to start from: a preset's name, or a file (TOML).")],
+    vehicle: Annotated[str, typer.Option(metavar="VEHICLE", help="Vehicle to start from: a preset's name, or a file (TOML).")],
     out: Annotated[Path, typer.Option(metavar="FILE", help="Where to write the vehicle.")] = Path("vehicle.toml"),
     mass: Annotated[float | None, typer.Option(metavar="KG", help="Mass, if it differs from that of --vehicle.")] = None,
     mapping: MappingOption = None,
@@ -60,7 +60,7 @@ def identify(
         typer.Option("--trust-mapping", help="Fit even if a log contradicts its mapping; the contradictions are printed."),
     ] = False,
     still_air: Annotated[
-        bool, typer.Option("--still-air", help="No wind blew, as indoors: a lean then reveals the sensor's tilt.")
+        bool, typer.Option("--still-air", help="Assume no wind, as indoors: a lean then reveals the sensor's tilt.")
     ] = False,
     hold_out: Annotated[
         bool, typer.Option("--hold-out/--no-hold-out", help="Hold out one flight in four and test the first fit on it.")
@@ -124,7 +124,7 @@ def check_logs(flights: "list[FlightRecord]", vehicle: "AirframeSection", trust:
 
 def replay(
     logs: LogsArgument,
-    vehicle: Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).")],
+    vehicle: Annotated[str, typer.Option(metavar="VEHICLE", help="A preset's name, or a vehicle file (TOML).")],
     mapping: MappingOption = None,
     controller: Annotated[
         str | None, typer.Option(help="Fly the logged setpoints with this controller: a type, or a TOML file with its keys.")

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.options import Delivery, ReplaceOption, expanded
+from quadstep.commands.options import Command, Delivery, ReplaceOption, expanded
 from quadstep.io.errors import UNMET, UserError, one_line
 from quadstep.metrics.verdict import Case, Verdict
 from quadstep.report.screen import command, complain, say, say_whole, show_table
@@ -15,11 +15,13 @@ def new(
     mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="File to write.")],
     vehicle: Annotated[
         str | None,
-        typer.Option(help="A preset listed by `quadstep vehicles`, planar, or your own FILE.py:NAME; default: x500."),
+        typer.Option(
+            metavar="VEHICLE", help="A preset listed by `quadstep vehicles`, planar, or your own FILE.py:NAME; default: x500."
+        ),
     ] = None,
     paper: Annotated[bool, typer.Option("--paper", help="Use the paper's plant and controller instead of a vehicle.")] = False,
     controller: Annotated[
-        str | None, typer.Option(help="Default: rotation-backstepping, or the paper's with --paper.")
+        str | None, typer.Option(help="Controller type; default: rotation-backstepping, or the paper's with --paper.")
     ] = None,
 ) -> None:
     """Write a commented mission file to start from."""
@@ -126,7 +128,7 @@ def fit(
 
 making = typer.Typer(help="Make vehicle files.", rich_markup_mode=None)
 making.callback()(lambda: None)
-making.command()(expanded(fit))
+making.command(cls=Command)(expanded(fit))
 
 
 def vehicles(

@@ -5,14 +5,16 @@ JUnit file, an exit code.
 import functools
 import inspect
 import json
+import re
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
 import typer
+from typer.core import TyperCommand
 from typer.models import ArgumentInfo
 
 from quadstep.engines.engine import FLIGHTS, FLOWN_BY, WORDS, Engine
@@ -43,7 +45,7 @@ def engine_option(work: str) -> object:
 
 EngineOption = Annotated[Engine, engine_option(FLIGHTS)]
 ReplaceOption = Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")]
-OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace other results in the folder.")]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace the results already in the folder.")]
 FiguresOption = Annotated[str, typer.Option("--figures", metavar="FORMATS", help="Figure formats: png, svg, pdf.")]
 
 
@@ -60,17 +62,17 @@ WidthOption = Annotated[
     typer.Option("--width", metavar="MM", parser=millimetres, help="Figure width: 88 for one column, 180 for two."),
 ]
 StyleOption = Annotated[
-    str, typer.Option("--style", help="screen; paper: serif, no titles; or a Matplotlib style file (.mplstyle).")
+    str, typer.Option("--style", help="screen, paper (serif, no titles), or a Matplotlib style file (.mplstyle).")
 ]
 SignalsOption = Annotated[
     str | None,
     typer.Option(
         "--signals",
         metavar="NAMES",
-        help="Draw only these: figures or panels, such as position or z,z_d-z,u; a wrong name lists them.",
+        help="Draw only these figures or panels, such as position or z,z_d-z,u; an unknown name lists them all.",
     ),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else; for machines.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 JunitOption = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the verdict as JUnit XML, for a CI service.")]
 OpenOption = Annotated[bool, typer.Option("--open", help="Open it in the browser.")]
 
@@ -156,6 +158,25 @@ def name_value(one: inspect.Parameter) -> None:
             info.metavar = "DIR"
         else:
             info.metavar = next((word for kind, word in VALUES.items() if kind in kinds), None)
+
+
+class Command(TyperCommand):
+    """A command whose help shows arguments as it shows the values of options: FILE, where typer has {FILE} and FILE <path>."""
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        return [re.sub("[{}]", "", piece) for piece in super().collect_usage_pieces(ctx)]
+
+    def records(self, ctx: Any) -> list[tuple[str, str, str]]:
+        """Kind, name and help of each."""
+        found = [(one.param_type_name, *(one.get_help_record(ctx) or ("", ""))) for one in self.get_params(ctx)]
+        return [(kind, re.sub(" <.*>", "", name), told) for kind, name, told in found]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        for kind, heading in (("argument", "Arguments"), ("option", "Options")):
+            rows = [(name, told) for one, name, told in self.records(ctx) if one == kind]
+            if rows:
+                with formatter.section(heading):
+                    formatter.write_dl(rows)
 
 
 START = 4096

@@ -29,11 +29,11 @@ def prove(
     mass: Annotated[float, typer.Option(help="Relative uncertainty of the mass; 0.01 is 1 %.")] = 0.0,
     inertia: Annotated[float, typer.Option(help="Relative uncertainty of each moment of inertia.")] = 0.0,
     start: Annotated[float, typer.Option(help="Uncertainty of the start position on each axis [m].")] = 0.0,
-    start_velocity: Annotated[float, typer.Option(help="Uncertainty of the velocity at the start [m/s].")] = 0.0,
+    start_velocity: Annotated[float, typer.Option(help="Uncertainty of the start velocity [m/s].")] = 0.0,
     start_attitude: Annotated[
-        float, typer.Option(help="Uncertainty of the attitude at the start, each angle, or about each axis [rad].")
+        float, typer.Option(help="Uncertainty of the start attitude, in each angle or about each axis [rad].")
     ] = 0.0,
-    start_rates: Annotated[float, typer.Option(help="Uncertainty of the angular rates at the start [rad/s].")] = 0.0,
+    start_rates: Annotated[float, typer.Option(help="Uncertainty of the start's angular rates [rad/s].")] = 0.0,
     out: Annotated[
         Path | None, typer.Option(help="Certificate, beside its report; default: out/<mission's name>-proof.json.")
     ] = None,
@@ -42,7 +42,7 @@ def prove(
         list[str] | None,
         typer.Option(
             metavar="FILE",
-            help="With --check: your own code, named by the mission, that may run; may be repeated. No other code runs.",
+            help="With --check: a file of your code that the mission names and that may run; no other may. May be repeated.",
         ),
     ] = None,
 ) -> None:
@@ -109,7 +109,7 @@ def certify(
 
 
 def verify(
-    only: Annotated[str | None, typer.Option(help="One row, by number (1 to 75) or name (T_eta).")] = None,
+    only: Annotated[str | None, typer.Option(metavar="ROW", help="One row, by number (1 to 75) or name (T_eta).")] = None,
     every: Annotated[bool, typer.Option("--all", help="Print every row, not only those that fail.")] = False,
     as_json: JsonOption = False,
 ) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.options import EngineOption, OpenOption
+from quadstep.commands.options import EngineOption, OpenOption, check_range
 from quadstep.engines.engine import Engine
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError, unknown_name
@@ -104,9 +104,12 @@ PORT = 8765
 
 def serve(
     folder: Annotated[Path, typer.Argument(help="Folder with results.")] = Path("out"),
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 picks a free one.")] = PORT,
+    port: Annotated[int, typer.Option(metavar="PORT", help="0 to 65535; 0 picks a free port.")] = PORT,
     host: Annotated[
-        str, typer.Option(help="Address to listen on for others on the network, who need the token in the link; 0.0.0.0: all.")
+        str,
+        typer.Option(
+            metavar="ADDRESS", help="Listen on this address for others, who need the token in the link; 0.0.0.0: on all."
+        ),
     ] = "127.0.0.1",
     show: OpenOption = False,
     of: Annotated[
@@ -124,6 +127,7 @@ def serve(
     from quadstep.page.serve import serve as run
     from quadstep.page.sharing import access, qr_text
 
+    check_range("--port", port, 0, 65535)
     refuse("`quadstep serve` runs no code of users")
     allowed = access(host)
 
@@ -177,8 +181,10 @@ def serve_setpoints(
         str, typer.Option(metavar="ADDRESS", help="Vehicle address, in pymavlink's form, such as udpin:127.0.0.1:14540.")
     ] = "udpin:127.0.0.1:14540",
     kind: Annotated[str, typer.Option(help="What each setpoint contains: position, attitude or rates.")] = "position",
-    rate: Annotated[float, typer.Option(help="Setpoints per second, 2 to 200.")] = 50.0,
-    hold: Annotated[float, typer.Option(help="After the path, seconds for which its last point is sent, at rest.")] = 10.0,
+    rate: Annotated[float, typer.Option(metavar="HZ", help="Setpoints per second, 2 to 200.")] = 50.0,
+    hold: Annotated[
+        float, typer.Option(metavar="SECONDS", help="How long the last point is sent after the path, at rest.")
+    ] = 10.0,
 ) -> None:
     """Send a mission's path to a vehicle as MAVLink setpoints, in real time; never arms or changes the mode.
 

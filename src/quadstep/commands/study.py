@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.options import EngineOption, FigureOptions, OverwriteOption, check_range, engine_option, expanded, show
+from quadstep.commands.options import (
+    Command,
+    EngineOption,
+    FigureOptions,
+    OverwriteOption,
+    check_range,
+    engine_option,
+    expanded,
+    show,
+)
 from quadstep.engines.engine import JOBS, Engine
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import BAD_INPUT, FAILED
@@ -100,21 +109,22 @@ def print_outcome(done: "FinishedComparison") -> None:
         raise typer.Exit(BAD_INPUT)
 
 
-LOOPS = 5_000
-"""Closed loops that the lines of Theorem B are tried on."""
+LOOPS, MOST_SAMPLES = 5_000, 10**9
+"""Closed loops that the lines of Theorem B are tried on; most that --samples asks for."""
 
 
 def completion(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/completion"),
-    samples: Annotated[int, typer.Option(min=1, help="Number of random closed loops to check the theorem on.")] = 1_000_000,
+    samples: Annotated[int, typer.Option(help="Number of random closed loops to check the theorem on.")] = 1_000_000,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Check the repaired theorem (docs/theory.md) on random states and fly the completed controller beside the paper's.
 
-    Exit code 1 if a statement does not hold, or holds with 0.9 of a term of its bound as well.
+    Exit code 1: a statement does not hold, or would still hold with a term of its bound scaled by 0.9, so that it is loose.
     """
     from quadstep.proofs.theory.completion import study_completion
 
+    check_range("--samples", samples, 1, MOST_SAMPLES)
     found = study_completion(out, samples, overwrite)
     show(found, out)
     if found.cases[0].failure:
@@ -122,20 +132,22 @@ def completion(
 
 
 def region(
-    force: Annotated[float, typer.Option(min=0.0, max=1000.0, help="Bound of the unknown force [N].")] = 0.0,
-    torque: Annotated[float, typer.Option(min=0.0, max=1000.0, help="Bound of the unknown torque [N m].")] = 0.0,
+    force: Annotated[float, typer.Option(help="Bound of the unknown force [N], 0 to 1000.")] = 0.0,
+    torque: Annotated[float, typer.Option(help="Bound of the unknown torque [N m], 0 to 1000.")] = 0.0,
     bias: Annotated[
-        float, typer.Option(min=0.0, max=1000.0, help="Bound of a constant unknown force [N], say from a wrong mass.")
+        float, typer.Option(help="Bound of a constant unknown force [N], 0 to 1000, say from a wrong mass.")
     ] = 0.0,
 ) -> None:
-    """Certify the region of Theorem B (docs/theory.md) for the completed law's defaults in exact rationals; fly from its edge.
+    """Certify the region of Theorem B (docs/theory.md) for the completed law's default gains, and fly from its edge.
 
-    Exit code 1 if it does not hold, or holds no flight that begins at rest on its path, if a flight without nets exceeds what
-    it allows, or if L_dot exceeds its bound.
+    The certificate is computed in exact rational numbers. Exit code 1: it fails, the region contains no flight that starts at
+    rest on its path, a flight without nets leaves it, or L_dot exceeds its bound.
     """
     from quadstep.proofs.theory import edge
     from quadstep.proofs.theory.flow import Flow, draw, shares_of_lines
 
+    for name, bound in (("--force", force), ("--torque", torque), ("--bias", bias)):
+        check_range(name, bound, 0.0, 1000.0)
     found, unknown = edge.default_region(force, torque, bias), edge.Pushes(force, torque, bias)
     if found is None:
         say(f"No region is certified {unknown.words}.")
@@ -188,4 +200,4 @@ def controllers(
 
 studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None)
 for one in (completion, region, controllers):
-    studies.command()(expanded(one))
+    studies.command(cls=Command)(expanded(one))

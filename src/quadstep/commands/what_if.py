@@ -65,7 +65,7 @@ ChangesArgument = Annotated[
 def what_if(
     parameters: ParametersArgument,
     changes: ChangesArgument,
-    vehicle: Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).")],
+    vehicle: Annotated[str, typer.Option(metavar="VEHICLE", help="A preset's name, or a vehicle file (TOML).")],
     wind: Annotated[float, typer.Option(metavar="M/S", help="Largest mean wind from each side; gust strength.")] = 3.0,
     within: Annotated[float, typer.Option(metavar="M", help="A flight that drifts farther has failed.")] = 1.0,
     flights: Annotated[int, typer.Option(help="Flights in gusts, before and after.")] = 1000,
