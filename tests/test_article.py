@@ -264,7 +264,7 @@ def test_a_finger_drags_a_handle_down_and_the_page_stays(opened):
 
 @needs(CHROMIUM)
 @pytest.mark.parametrize(("motion", "button"), [("no-preference", "Stop"), ("reduce", "Play")])
-def test_a_figure_inside_another_page_stands_alone_and_flies(browsers, article_file, motion, button):
+def test_a_figure_inside_another_page_stands_alone_flies_and_takes_its_theme(browsers, article_file, motion, button):
     page = browsers[False].page()
     page.emulate_media(reduced_motion=motion)
     around = article_file.with_name("around.html")
@@ -283,6 +283,9 @@ def test_a_figure_inside_another_page_stands_alone_and_flies(browsers, article_f
     assert slider["y"] < drawing["y"] + 100
     first, second = (figure.locator("#nested .plain").nth(i).bounding_box() for i in (0, 1))
     assert first["y"] == second["y"]
+    for theme in ("dark", "light"):  # as the page around it is switched
+        page.evaluate("(theme) => { document.body.dataset.theme = theme; }", theme)
+        assert until(page, lambda theme=theme: figure.locator(f"html[data-theme={theme}]").count() == 1)
     page.emulate_media(reduced_motion="reduce")
     browsers[False].blank()
 

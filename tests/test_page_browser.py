@@ -573,6 +573,12 @@ def test_no_width_scrolls_sideways(open_page, brief_file, width, height):
             page.click(f"#tabs button[value={tab}]")
         assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert page.locator("#play").is_visible()
+    high = "document.documentElement.dataset.embedded = ''; document.body.getBoundingClientRect().height"
+    first = page.evaluate(high)
+    page.set_viewport_size({"width": width, "height": height // 2})
+    assert 500 < first < 850
+    assert page.evaluate(high) == first, "inside another page, which makes its frame as high"
+    page.set_viewport_size({"width": width, "height": height})
 
 
 def test_without_webgl_there_are_plots_and_a_sentence(open_page):

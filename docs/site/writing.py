@@ -27,6 +27,8 @@ MOST_LINES, LAST_LINES = 60, 10
 """Of a command's output; of a longer one the last are shown too, for there the verdict is."""
 
 
+ARTICLE = "out/article.html"
+
 MENTION = re.compile(
     r"```.*?\n```|\[[^\]\n]*\]\([^)\n]*\)|`(?P<code>[\w./-]+\.md)`|`[^`\n]*`|(?<![\w/])(?P<plain>docs/(?:[\w./-]+\.md|decisions/\d{4}\b(?!-)))",
     re.DOTALL,
@@ -137,7 +139,8 @@ def with_flights(text: str, folder: Path | None, static: Path, place: str) -> st
             return ""
         if not (folder / file).is_file():
             raise MissingError(f"{place}: shows {file}, which its listings do not make")
-        name = f"{folder.name}-{file.removeprefix('out/').replace('/', '-')}"
+        own = "" if file == ARTICLE else f"{folder.name}-"  # the article is the same for all
+        name = own + file.removeprefix("out/").replace("/", "-")
         static.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(folder / file, static / name)
         if kind == "page":

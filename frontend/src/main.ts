@@ -16,6 +16,7 @@ import { Session, type Shown } from "./session";
 import { Clock } from "./view/clock";
 import { byId, fill, h } from "./view/dom";
 import { downloadText, fileName } from "./view/download";
+import { embed } from "./view/embedded";
 import { help } from "./view/help";
 import { closed } from "./view/notation";
 import { listenToKeys } from "./view/keyboard";
@@ -38,6 +39,7 @@ function notice(...sentences: readonly string[]): void {
 
 function start(): void {
   startTheme();
+  embed(document.body);
   const page = readPage();
   const session = new Session(page);
   byId("title").textContent = page.title;

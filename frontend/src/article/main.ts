@@ -1,5 +1,6 @@
 // The article: its figures made live.
 
+import { embed } from "../view/embedded";
 import { startTheme, toggleTheme } from "../view/theme";
 import { inversion } from "./figures/inversion";
 import { lyapunov } from "./figures/lyapunov";
@@ -13,9 +14,9 @@ const alone = document.getElementById(new URLSearchParams(location.search).get("
 if (window.top !== window && alone) {
   document.documentElement.dataset["alone"] = "";
   alone.classList.add("alone");
-  new ResizeObserver(() => parent.postMessage({ height: Math.ceil(alone.getBoundingClientRect().height) }, "*")).observe(alone);
 }
 startTheme();
+embed(alone ?? document.body);
 document.getElementById("theme")?.addEventListener("click", toggleTheme);
 startLighting();
 nested();
