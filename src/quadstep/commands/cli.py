@@ -8,20 +8,23 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from types import FrameType
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
 from quadstep.commands.arguments import VARIABLE, problem_message, refuse_empty
-from quadstep.commands.options import Command, expanded
+from quadstep.commands.options import PlainCommand, expanded
 from quadstep.io.doors import Door
 from quadstep.io.errors import BAD_INPUT, INTERRUPTED, OUTPUT_LOST, InterruptedRun, UserError
 from quadstep.io.files import WRITTEN
 from quadstep.io.user_code import NAMED, blamed, print_whole, refuse, user_error, warn_of_users_only
 from quadstep.report.pool import provide_writable
 from quadstep.report.screen import OutputError, complain, prepare_streams, say, width
+
+if TYPE_CHECKING:
+    from typer._click import Context, HelpFormatter
 
 
 def version_lines() -> list[str]:
@@ -51,7 +54,7 @@ HELP_WIDTHS = 50, 100
 class Commands(TyperGroup):
     """Commands whose list in the help has the whole first sentence of each; without one of them the help is shown."""
 
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+    def parse_args(self, ctx: "Context", args: list[str]) -> list[str]:
         """Takes nothing for a request for help."""
         return super().parse_args(ctx, args or ["--help"])
 
@@ -59,7 +62,7 @@ class Commands(TyperGroup):
         """The names of commands, by heading."""
         return {"Commands": names}
 
-    def format_commands(self, ctx: Any, formatter: Any) -> None:
+    def format_commands(self, ctx: "Context", formatter: "HelpFormatter") -> None:
         for heading, names in self.sections(self.list_commands(ctx)).items():
             with formatter.section(heading):
                 commands = {name: self.get_command(ctx, name) for name in names}
@@ -169,7 +172,7 @@ def built(names: Iterable[str] = COMMANDS.own) -> typer.Typer:
         if isinstance(found, typer.Typer):
             app.add_typer(found, name=name, cls=Commands)
         else:
-            app.command(name, cls=Command)(expanded(found))
+            app.command(name, cls=PlainCommand)(expanded(found))
     return app
 
 

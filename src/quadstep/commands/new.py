@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.options import Command, Delivery, ReplaceOption, expanded
+from quadstep.commands.options import Delivery, PlainCommand, ReplaceOption, expanded
 from quadstep.io.errors import UNMET, UserError, one_line
 from quadstep.metrics.verdict import Case, Verdict
 from quadstep.report.screen import command, complain, say, say_whole, show_table
@@ -128,7 +128,7 @@ def fit(
 
 making = typer.Typer(help="Make vehicle files.", rich_markup_mode=None)
 making.callback()(lambda: None)
-making.command(cls=Command)(expanded(fit))
+making.command(cls=PlainCommand)(expanded(fit))
 
 
 def vehicles(

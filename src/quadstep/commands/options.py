@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, get_args, get_origin, get_type_hints
 
 import typer
 from typer.core import TyperCommand
@@ -24,6 +24,8 @@ from quadstep.report.screen import complain, say, say_whole, show_table
 from quadstep.report.sheet import FORMATS, ON_SCREEN, SCREEN, USUAL, Sheet, sheet
 
 if TYPE_CHECKING:
+    from typer._click import Context, HelpFormatter
+
     from quadstep.metrics.verdict import Verdict
     from quadstep.report.evidence import Evidence
 
@@ -160,18 +162,18 @@ def name_value(one: inspect.Parameter) -> None:
             info.metavar = next((word for kind, word in VALUES.items() if kind in kinds), None)
 
 
-class Command(TyperCommand):
+class PlainCommand(TyperCommand):
     """A command whose help shows arguments as it shows the values of options: FILE, where typer has {FILE} and FILE <path>."""
 
-    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+    def collect_usage_pieces(self, ctx: "Context") -> list[str]:
         return [re.sub("[{}]", "", piece) for piece in super().collect_usage_pieces(ctx)]
 
-    def records(self, ctx: Any) -> list[tuple[str, str, str]]:
+    def records(self, ctx: "Context") -> list[tuple[str, str, str]]:
         """Kind, name and help of each."""
         found = [(one.param_type_name, *(one.get_help_record(ctx) or ("", ""))) for one in self.get_params(ctx)]
         return [(kind, re.sub(" <.*>", "", name), told) for kind, name, told in found]
 
-    def format_options(self, ctx: Any, formatter: Any) -> None:
+    def format_options(self, ctx: "Context", formatter: "HelpFormatter") -> None:
         for kind, heading in (("argument", "Arguments"), ("option", "Options")):
             rows = [(name, told) for one, name, told in self.records(ctx) if one == kind]
             if rows:

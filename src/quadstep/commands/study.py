@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quadstep.commands.options import (
-    Command,
     EngineOption,
     FigureOptions,
     OverwriteOption,
+    PlainCommand,
     check_range,
     engine_option,
     expanded,
@@ -200,4 +200,4 @@ def controllers(
 
 studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None)
 for one in (completion, region, controllers):
-    studies.command(cls=Command)(expanded(one))
+    studies.command(cls=PlainCommand)(expanded(one))
