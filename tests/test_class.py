@@ -27,6 +27,7 @@ from quadstep.studies.class_flight import (
     LARGEST_FILE,
     MANIFEST,
     MEMORY,
+    NO_MISSION,
     SubmissionResult,
     flown_apart,
     fly_submission,
@@ -375,7 +376,7 @@ def test_a_student_chooses_a_controller_and_finds_an_earlier_text_again(room, po
     assert [*room.laws][:2] == ["backstepping", "completed-backstepping"]
     text = ask(port, "/laws", ada)[2]
     assert '<a href="/?law=completed-backstepping#submit">' in text
-    assert "<td>more than 0</td>" in text
+    assert "<td>more than 0</td>" in text and "<td>gain of the integral of r<sub>1</sub> (Eq. 24)</td>" in text
     assert "type = &quot;completed-backstepping&quot;" in ask(port, "/?law=completed-backstepping", ada)[2]
     assert "type = &quot;backstepping&quot;" in ask(port, "/?law=../x&again=9", ada)[2]
     for gain in (5.0, 6.0):
@@ -387,7 +388,9 @@ def test_a_student_chooses_a_controller_and_finds_an_earlier_text_again(room, po
 def test_what_is_no_mission_of_the_class_is_refused_before_it_waits(room, port):
     ada = next(iter(room.members))
     for text, said in (
-        ("[controler]\nK_r1 = 3.0\n", "controler.K_r1: only controller may differ from the class's mission\n"),
+        ("[controler]\nK_r1 = 3.0\n", "controler: unknown key; allowed here: controller, "),
+        ("[controler]\nK_r1 = 3.0\n", "tune, vehicle; did you mean controller?\n"),
+        ('"controller.x" = 1\n[controller]\nx = 2\n', f"{NO_MISSION}\n"),
         ("[controller\n", "not valid TOML"),
         ("[controller]\nK_rr1 = 3.0\n", "K_rr1"),
     ):
@@ -537,6 +540,9 @@ def test_a_student_s_page_follows_the_class_and_keeps_what_is_written(room, port
     page.locator("#said", has_text="Flown.").wait_for()
     assert page.input_value("textarea") == "# the next one"
     assert not errors
+    page.set_viewport_size({"width": 360, "height": 740})
+    assert page.locator(".scroll").evaluate_all("all => all.filter(one => one.scrollWidth > one.clientWidth).length") == 0
+    page.set_viewport_size({"width": 1280, "height": 720})
     page.goto(f"http://127.0.0.1:{port}/laws")
     page.click("summary")
     assert axe(page) == []

@@ -49,7 +49,7 @@
     field.focus();
     field.setSelectionRange(start, start + lines[at].split("=")[1].split("#")[0].trim().length);
   };
-  for (const code of form ? document.querySelectorAll("#gains ~ * td code") : []) {
+  for (const code of form ? document.querySelectorAll(".gains td code") : []) {
     const button = document.createElement("button");
     Object.assign(button, { type: "button", textContent: "Change", onclick: () => begin(code.textContent, code.closest("tr").cells[1].textContent) });
     button.setAttribute("aria-label", `Change ${code.textContent}`);

@@ -38,6 +38,7 @@ SLOWER = 10
 """How many times longer than it computes a flight may take where the machine does other things, too."""
 
 LONGEST_SENTENCE = 400
+NO_MISSION = "it is not a mission that can be flown."
 SOURCE = "your mission"
 """What an error calls a submission."""
 
@@ -80,7 +81,8 @@ def submitted(text: str, ground: Ground) -> Mission:
     for key, value in leaves.items():
         if wanted.get(key) == value or key == "name":
             continue
-        if not is_free(key, ground.free):
+        known = key_parts(key)[0] in ground.usual  # of what no mission has, its check below says what was meant
+        if known and not is_free(key, ground.free):
             raise UserError(f"{cut(key, 60)}: only {', '.join(ground.free)} may differ from the class's mission")
         if names_files({key.rpartition(".")[2]: value}):
             raise UserError(f"{cut(key, 60)}: names a file, which a class does not read")
@@ -138,7 +140,7 @@ def in_a_process(fly_it: "partial[SubmissionResult]", seconds: float, theirs: Co
         said = large if error.errno == errno.EFBIG else f"this machine could not store its flight: {error.strerror or error}."
         result = SubmissionResult(f"Not flown: {said}")
     except Exception:  # whatever a stranger's text does ends here
-        result = SubmissionResult("Not flown: it is not a mission that can be flown.")
+        result = SubmissionResult(f"Not flown: {NO_MISSION}")
     theirs.send(result)
 
 

@@ -214,10 +214,11 @@ def gains_table(mission: Mission, free: tuple[str, ...]) -> str:
         given = values[key]
         parts = given if isinstance(given, tuple) else (given,)
         low, high, _ = gain.span(min(parts), max(parts))
-        rows.append([f"<code>{escape(key)}</code>", written(rounded(given), gain.stands_for_three), escape(gain.unit),
-                     f"{float(f'{low:.3g}'):g} to {float(f'{high:.3g}'):g}", allowed(gain), escape(gain.meaning)])  # fmt: skip
+        rows.append([f"<code>{escape(key)}</code>", written(rounded(given), gain.stands_for_three), units.rich(gain.unit),
+                     f"{float(f'{low:.3g}'):g} to {float(f'{high:.3g}'):g}", allowed(gain),
+                     units.rich(gain.meaning)])  # fmt: skip
     header = ("gain", "default", "unit", "range of its slider", "allowed", "meaning")
-    return table(header, rows, str) if rows else ""
+    return f'<div class="gains">{table(header, rows, str)}</div>' if rows else ""
 
 
 def allowed(gain: Gain) -> str:

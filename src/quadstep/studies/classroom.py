@@ -33,7 +33,7 @@ from quadstep.mission.fields import Positive, Section, as_tuple, plain
 from quadstep.mission.read import read_mission
 from quadstep.mission.schema import Mission
 from quadstep.report.publish import as_text
-from quadstep.studies.class_flight import Ground, SubmissionResult, flown_apart, is_free, reason_of, submitted
+from quadstep.studies.class_flight import NO_MISSION, Ground, SubmissionResult, flown_apart, is_free, reason_of, submitted
 from quadstep.studies.fly import metric_names
 
 SUBMISSION = files.FileKind("a submission", 64_000)
@@ -199,8 +199,8 @@ class Room:
                 submitted(text, self.ground)
             except UserError as error:
                 raise Refusal(HTTPStatus.UNPROCESSABLE_ENTITY, reason_of(error)) from None
-            except Exception:
-                pass
+            except Exception:  # whatever a stranger's text does ends here
+                raise Refusal(HTTPStatus.UNPROCESSABLE_ENTITY, NO_MISSION) from None
         with self.lock:
             self.check_turn(member)
             member.waits, member.last, member.message, member.text = True, time.monotonic(), "Waiting to be flown.", text
