@@ -87,7 +87,7 @@ def test_file_opens_offline_small_and_at_once(open_page, page_file):
     assert page.locator("#flight-name").inner_text() == "Case 1: three position commands at once"
     assert page.locator(".plot").count() >= 6
     assert "Flew as asked for 40.0 s" in page.locator("#outcome").inner_text()
-    assert page.locator("#conditions").inner_text() == "Theorem 5.1: 6 of 6 · repaired theorem: 1 of 1"
+    assert page.locator("#conditions").inner_text() == "Theorem 5.1: 6 of 6 · repaired theorem at hover: 1 of 1"
     assert "default-src 'none'" in page.locator("meta[http-equiv]").get_attribute("content")
     sliders = page.locator("#controls input[type=range]:visible")
     for part in (page.locator("#play"), *(sliders.nth(place) for place in range(3))):
@@ -463,7 +463,11 @@ def test_divergence_is_told(open_page):
     log = fly(read_mission(EXAMPLES / "stress.toml").plan(EXAMPLES))
     assert re.fullmatch(r"Lost at (.+) s", text)
     assert page.evaluate("quadstep.outcome().ended") == pytest.approx(log.ended, abs=0.3)
-    assert "does not bound the flight" in page.locator("#promise").inner_text()  # the conditions hold
+    thrust = page.locator("#summary-figures div", has_text="Largest thrust").locator("dd").inner_text()
+    promise = page.locator("#promise").inner_text()  # the conditions hold
+    assert f"for thrusts up to the {thrust} flown here" in promise and "does not bound the flight" in promise
+    page.evaluate("quadstep.setControl('K_r1', [1.002, 1.002, 1.002])")  # enough for 13.4 N, at hover it is 9.81 N
+    assert "holds at hover, but not at" in page.locator("#promise").inner_text()
     page.click(".badge summary")
     assert "Reason:" in page.locator(".sheet").inner_text()
 

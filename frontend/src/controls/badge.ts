@@ -2,7 +2,7 @@
 
 import type { Shown } from "../session";
 import { fill, h } from "../view/dom";
-import { number } from "../view/format";
+import { number, quantity } from "../view/format";
 import type { Judged } from "../data/conditions";
 import { markOf } from "../summary/grade";
 import { closed, rich } from "../view/notation";
@@ -19,7 +19,7 @@ export function badge(host: HTMLElement, shown: Shown): void {
     h("span", { class: `mark ${mark.kind}`, "aria-hidden": "true" }, mark.glyph),
     h("span", { id: "outcome" }, outcome(shown)),
     theorem ? h("span", { id: "conditions", class: broken.length ? "bad" : "good" }, theorem) : null,
-    theorem && !broken.length && mark.kind === "bad" ? h("span", { id: "promise" }, promise(conditions)) : null,
+    theorem && !broken.length && mark.kind === "bad" ? h("span", { id: "promise" }, promise(shown)) : null,
   );
   const details = h("details", { class: "badge" }, summary, h("div", { class: "sheet" }));
   const sheet = details.lastElementChild!;
@@ -50,11 +50,14 @@ export function badge(host: HTMLElement, shown: Shown): void {
   fill(host, details);
 }
 
-/** Why a lost flight does not contradict the conditions that hold: what they promise (docs/theory.md, Theorem A). */
-function promise(conditions: readonly Judged[]): string {
-  return conditions.some(({ condition }) => condition.source === "repaired theorem")
-    ? "No contradiction: the repaired theorem says where L falls at an instant, outside a ball that grows with the errors. It does not bound the flight."
-    : "No contradiction: conditions on the gains alone do not bound the flight.";
+/** Why a lost flight does not contradict the conditions that hold: what they promise (docs/theory.md, Theorem A, for the greatest thrust). */
+function promise({ conditions, measures: { thrust = Number.NaN } }: Shown): string {
+  const repaired = conditions.find(({ condition }) => condition.source === "repaired theorem at hover");
+  if (!repaired) return "No contradiction: conditions on the gains alone do not bound the flight.";
+  const flown = quantity(thrust, "N");
+  return repaired.left > thrust * thrust
+    ? `No contradiction: for thrusts up to the ${flown} flown here, the repaired theorem says where L falls at an instant. It does not bound the flight.`
+    : `No contradiction: the condition of the repaired theorem holds at hover, but not at the ${flown} reached here.`;
 }
 
 /** How the flight ended; where many are counted, that this is the one without their draws. */

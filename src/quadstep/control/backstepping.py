@@ -102,8 +102,8 @@ def coupling_condition(gains: BacksteppingGains, model: Model) -> Condition:
     l_2 = smallest(gains.slope_2)
     hover = model.mass * model.gravity
     room = 4.0 * l_2 * l_2 * maximum(0.0, k_1) * maximum(0.0, k_2)
-    text = "4 l_2^2 k_1 k_2 > (m g)^2: the coupling of both loops, at hover"
-    return Condition(text, room, hover * hover, "repaired theorem", warned=False)
+    text = "4 l_2^2 k_1 k_2 > (m g)^2: the coupling of both loops"
+    return Condition(text, room, hover * hover, "repaired theorem at hover", warned=False)
 
 
 class PositionLoop(NamedTuple):
