@@ -1,6 +1,7 @@
 """`quadstep explain`: the article's words, its law to the bit, its figures in a browser, with and without JavaScript."""
 
 import base64
+import itertools
 import json
 import re
 import shutil
@@ -215,6 +216,11 @@ def test_links_of_the_text_set_a_figure_and_sliders_reach_their_ends(opened):
     assert "6.0 − 10 · 0.50 = 1.0 > 0: holds" in text.text_content()
     page.locator("a[data-set^='Lambda2=15']").click()
     assert until(page, lambda: "250.0 − 10 · 15.00 = 100.0 > 0: holds" in text.text_content())
+    rings = sorted(text.locator("text.small").evaluate_all("all => all.map(one => one.y.baseVal[0].value)"))
+    assert len(rings) >= 4 and all(below - above > 15 for above, below in itertools.pairwise(rings)), "none covers another"
+    rights = "all => all.map(one => one.getBoundingClientRect().right)"
+    ends = page.locator("mtable.aligned").nth(1).locator("mtd:first-child > :last-child").evaluate_all(rights)
+    assert max(ends) - min(ends) < 1, "formulas are aligned at their signs"
     page.locator("#lyapunov input").nth(1).press("Home")
     assert until(page, lambda: "6.0 − 10 · 15.00 = −144.0: does not hold" in text.text_content())
     assert page.locator("#lyapunov [data-s=ball]").count() == 0  # without a surplus there is none

@@ -56,21 +56,25 @@ export function inversion(): void {
       const swing = Math.abs(((turned + 540) % 360) - 180);
       const width = stage.width;
       const height = Math.min(420, Math.max(330, 0.62 * width));
-      view = { x: width / 2, y: 0.53 * height, scale: Math.min(width / 20, height / 20) };
+      const down = width < NARROW ? 58 : 0; // below the numbers, which take its whole width
+      const tall = height + down;
+      view = { x: width / 2, y: 0.53 * height + down, scale: Math.min(width / 20, height / 20) };
       const grid = [-9, -6, -3, 0, 3, 6, 9].map((at) => {
         const [[a, b], [c, d], [e, g], [h, k]] = [place([at, -9, 0]), place([at, 9, 0]), place([-9, at, 0]), place([9, at, 0])];
         return `<path class="grid" d="M${a.toFixed(1)} ${b.toFixed(1)}L${c.toFixed(1)} ${d.toFixed(1)}M${e.toFixed(1)} ${g.toFixed(1)}L${h.toFixed(1)} ${k.toFixed(1)}"/>`;
       });
-      const names = ([["x", [10.2, 0, 0]], ["y", [0, 10.2, 0]], ["z", [0, 0, 10.6]]] as const).map(([name, p]) => text(...place(p), name, "c-muted", "middle")).slice(0, width < NARROW ? 2 : 3);
       const [, above] = place([0, 0, 10]);
       const [tipX, tipY] = place(f);
       const foot = place([f[0], f[1], 0]);
       const wrong = missed > 1e-6;
       const [madeX, madeY] = place(made);
-      const said = [Math.min(Math.max(madeX + (madeX < tipX ? -60 : 60), 100), width - 100), Math.min(Math.max(madeY + (madeY < view.y ? -46 : 46), 84), height - 22)] as const;
+      const said = [Math.min(Math.max(madeX + (madeX < tipX ? -60 : 60), 100), width - 100), Math.min(Math.max(madeY + (madeY < view.y ? -46 : 46), 84), tall - 22)] as const;
+      const tip = [Math.min(tipX + 14, width - 105), tipX + 14 > width - 105 ? tipY + 28 : tipY - 8] as const;
+      const covered = (x: number, y: number): boolean => Math.abs(x - tip[0] - 48) < 60 && Math.abs(y - tip[1]) < 18; // by the force's label
+      const names = ([["x", [10.2, 0, 0]], ["y", [0, 10.2, 0]], ["z", [0, 0, 10.6]]] as const).slice(0, width < NARROW ? 2 : 3).map(([name, p]) => (covered(...place(p)) ? "" : text(...place(p), name, "c-muted", "middle")));
       return svg(
         width,
-        height,
+        tall,
         ...grid,
         `<path class="grid" d="M${view.x} ${view.y}V${above.toFixed(1)}"/>`,
         ...names,
@@ -78,7 +82,7 @@ export function inversion(): void {
         wrong ? craft(theta, printed, "ghost dashed c-vermillion", "printed") + vector(made, "dashed c-vermillion", "printed") : "",
         craft(theta, phi, "c-ink", "thd phid u"),
         vector(f, "c-blue", "u force"),
-        text(Math.min(tipX + 14, width - 105), tipX + 14 > width - 105 ? tipY + 28 : tipY - 8, "desired force F", "label c-blue", "start", "force"),
+        text(...tip, "desired force F", "label c-blue", "start", "force"),
         wrong ? `<path class="leader c-vermillion"${lit("printed")} d="M${place(made).join(" ")}L${said.join(" ")}"/>${text(said[0], said[1] + (said[1] < height / 2 ? -6 : 15), "what the printed roll makes", "label c-vermillion", "middle", "printed")}` : "",
         `<circle class="handle c-blue" cx="${tipX.toFixed(1)}" cy="${tipY.toFixed(1)}" r="9"/>`,
         text(8, 18, `u_d = ${fixed(u, 2)} N, θ_d = ${fixed(theta * DEGREES, 1)}°, φ_d = ${fixed(phi * DEGREES, 1)}°`, "c-ink"),

@@ -34,16 +34,22 @@ export function lyapunov(): void {
       const width = stage.width;
 
       const size = Math.min(width - 64, 380);
-      const lines = ([["the flight", "c-green", ""], ["still to come", "thin faint c-green", ""], ["heights of L", "ring c-muted", "la lp"], ...(surplus > 0 ? [["b_r", "c-pink", "ball"], ["b_r as printed", "dashed c-pink", "ball"]] : [])] as const) as readonly (readonly [string, string, string])[];
+      const lines = ([["the flight", "c-green", ""], ["still to come", "thin faint c-green", ""], ["heights of L", "ring c-muted", "la lp"], ...(surplus > 0 ? [["b_r", "dashdot c-pink", "ball"], ["b_r as printed", "dashed c-pink", "ball"]] : [])] as const) as readonly (readonly [string, string, string])[];
       const [meant, deep] = keys(8, 80, width, lines);
       const plane = new Plot({ left: 46 + (width - 64 - size) / 2, top: 92 + deep, width: size, height: 0.75 * size }, [0, Math.min(1.6, Math.max(0.6, 1.1 * Math.max(...r1)))], [0, Math.min(1.6, Math.max(0.3, 1.1 * Math.max(...r2)))]);
       const around = Array.from({ length: 41 }, (_, i) => (i * Math.PI) / 80);
-      const far = (x: number, y: number): number => Math.min(...r1.map((one, k) => (k % 5 ? Infinity : Math.hypot(plane.x(one) - plane.x(x) - 14, plane.y(r2[k]!) - plane.y(y) - 4))));
+      const far = (x: number, y: number): number => Math.min(...r1.map((one, k) => (k % 2 ? Infinity : Math.hypot(plane.x(one) - plane.x(x) - 18, plane.y(r2[k]!) - plane.y(y) - 4))));
+      const taken: (readonly [number, number])[] = []; // where rings are labelled
       const level = (L: number): string => {
         const [across, up] = [around.map((a) => Math.sqrt((2 * L) / MASS) * Math.cos(a)), around.map((a) => Math.sqrt((2 * L) / INERTIA) * Math.sin(a))];
-        const places = around.flatMap((_, i) => (i % 4 || across[i]! > 0.92 * plane.xs[1] || up[i]! > 0.92 * plane.ys[1] || across[i]! < 0.2 * plane.xs[1] ? [] : [[far(across[i]!, up[i]!), i] as const]));
-        const [clear, at] = places.reduce((best, one) => (one[0] > best[0] ? one : best), [16, 0] as const);
-        const named = clear > 16 ? text(plane.x(across[at]!), plane.y(up[at]!) + 4, `${L} J`, "label small c-muted", "start", "la lp") : "";
+        const places = around.flatMap((_, i) => {
+          const [x, y] = [plane.x(across[i]!), plane.y(up[i]!)];
+          const free = x > 0.2 * size && x < size - 34 && y > 10 && y < 0.75 * size - 14 && taken.every(([left, top]) => Math.abs(left - x) > 40 || Math.abs(top - y) > 15);
+          return i % 4 || !free ? [] : [[far(across[i]!, up[i]!), i] as const];
+        });
+        const [clear, at] = places.reduce((best, one) => (one[0] > best[0] ? one : best), [20, 0] as const);
+        if (clear > 20) taken.push([plane.x(across[at]!), plane.y(up[at]!)]);
+        const named = clear > 20 ? text(plane.x(across[at]!), plane.y(up[at]!) + 4, `${L} J`, "label small c-muted", "start", "la lp") : "";
         return plane.line(across, up, "ring c-muted", "la lp") + named;
       };
       const [right, printed] = tools.ball(kappa.value, WEIGHTS, MISSED, Math.min(3 - MASS, surplus));
@@ -76,9 +82,9 @@ export function lyapunov(): void {
         plane.framed(
           "|r_1| [m/s]",
           "|r_2| [rad/s]",
-          ...[0.01, 0.03, 0.07, 0.13, 0.3, 1, 3].map(level),
+          ...[3, 1, 0.3, 0.13, 0.07, 0.03, 0.01].map(level),
           ball(printed, "dashed"),
-          ball(right, ""),
+          ball(right, "dashdot"),
           plane.line(r1, r2, "thin faint c-green"),
           plane.line(r1.subarray(0, row + 1), r2.subarray(0, row + 1), "c-green"),
           plane.dot(r1[row]!, r2[row]!, "c-green", "", 5),
