@@ -17,8 +17,8 @@ from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
 from quadstep.studies import study as study_module
 from quadstep.studies.campaign.flyer import Chunk, Flyer, on_lanes
-from quadstep.studies.envelope import Envelope, Map, MapPanel, answer, most_of
-from quadstep.studies.envelope_map import CAUSES, Cells, cells_of, draw_panel, legend, length, middle, scale
+from quadstep.studies.envelope import Envelope, Map, MapPanel, answer, most_of, watched
+from quadstep.studies.envelope_map import CAUSES, LOOKS, Cells, cells_of, draw_panel, legend, length, middle, scale
 from quadstep.studies.envelope_request import NOISY_FLIGHTS, request
 from quadstep.studies.study import run
 from tests.campaigns import MASS, NOISY, SHORT, written
@@ -113,6 +113,27 @@ def test_the_sentence_and_the_manifest_say_how_much_is_flyable(case):
     assert about(out)["axes"]["x"] == {"key": "path.duration", "values": [2.0, 3.0, 4.0, 5.0]}
     assert sorted(path.name for path in out.iterdir()) == about(out)["files"]
     assert {"envelope.png", "envelope.svg"} < set(about(out)["files"])
+
+
+def test_a_cell_leads_to_its_flight(case):
+    _, out = case
+    report, page = (out / "report.html").read_text(), (out / "flights.html").read_text()
+    assert all(f'href="flights.html#flight=flight-{cell}"' in report for cell in range(24))
+    assert '"path duration = 3, disturbance scale = 2, nets off"' in page, "cell 21"
+    assert "see the flight of that cell" in report
+
+
+def test_cells_of_a_large_map_lead_to_their_flights_here_and_there(tmp_path):
+    large = request(saved(tmp_path), "path.duration=1:40:40", "disturbance.scale=0:5:26")
+    rows, columns = np.unravel_index(watched(large), (26, 40))
+    assert 50 < len(rows) <= 100
+    assert len({*np.diff(np.unique(rows)), *np.diff(np.unique(columns))}) == 1, "evenly"
+
+
+def test_greys_of_causes_differ():
+    greys = [float(grey) for grey, _, _ in LOOKS.values()]
+    assert np.diff(sorted(greys)).min() > 0.07
+    assert len({hatch for _, hatch, _ in LOOKS.values()}) == len(CAUSES) == len(greys)
 
 
 def test_a_limit_of_something_else_and_a_single_flight_of_many_are_said(tmp_path):

@@ -100,7 +100,8 @@ def envelope(
 ) -> None:
     """Map where a mission can be flown, and how well, over two of its keys.
 
-    Writes report.html, envelope.png, envelope.svg, envelope.parquet (one row per cell), table.tex and metrics.json.
+    Writes report.html, flights.html, envelope.png, envelope.svg, envelope.parquet (one row per cell), table.tex and
+    metrics.json.
     """
     with needed_by("`quadstep envelope`"):
         from quadstep.linear.grade import quick_grade

@@ -5,7 +5,7 @@ import json
 from collections.abc import Iterator
 from html import escape
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -14,9 +14,10 @@ from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
+from quadstep.studies.campaign.single import FlownAgain, flown_again, write_flights
 from quadstep.studies.campaign.store import parquet
-from quadstep.studies.envelope_map import CAUSES, FLYABLE, Cells, cells_of, draw_map, in_words, table
-from quadstep.studies.envelope_request import Request, as_typed
+from quadstep.studies.envelope_map import CAUSES, FLYABLE, Cells, cells_of, coloured, draw_map, in_words, table
+from quadstep.studies.envelope_request import Request, Value, as_typed
 from quadstep.studies.study import Flown, Study
 
 DATA, PICTURE = "envelope.parquet", "envelope"
@@ -62,7 +63,8 @@ class Map(Study[Envelope]):
     def evidence(self, envelope: Envelope, out: Path, sheet: Sheet) -> Evidence:
         """The map, each panel in numbers, and the results of every cell."""
         (out / DATA).write_bytes(parquet(table(self.asked, envelope.cells)))
-        draw_map(out / PICTURE, self.asked, envelope.cells, sheet)
+        links = self.flights_to_watch(out)
+        draw_map(out / PICTURE, self.asked, envelope.cells, sheet, links)
         name, rows = f"Envelope of {self.campaign.defaults['name']}", [row(one) for one in envelope.panels]
         return Evidence(
             name=name,
@@ -71,13 +73,38 @@ class Map(Study[Envelope]):
             sentences=[sentence(envelope)],
             record=as_json(envelope),
             facts=[fact(one) for one in envelope.panels],
-            figures=[Figure(PICTURE, caption(envelope), label="Map")],
+            figures=[Figure(PICTURE, caption(envelope, bool(links)), label="Map")],
             sections=[
                 TableSection("Panel by panel", "panels", HEADER, rows),
                 TableSection("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),
             ],
             paper=booktabs(HEADER, [rows], [name]),
         )
+
+    def flights_to_watch(self, out: Path) -> dict[int, str]:
+        """flights.html with the first flight of some cells, and the address of each there, by the cell's number."""
+        cells = watched(self.asked)
+        found = dict(zip(cells, map(self.named, flown_again(self.campaign, cells)), strict=True))
+        return write_flights(out, self.campaign, found)
+
+    def named(self, one: FlownAgain) -> FlownAgain:
+        """The same, called by the values of its cell."""
+        if one.replay is None:
+            return one
+        name = ", ".join(in_words(axis.key, cast("Value", one.replay.values[axis.key])) for axis in reversed(self.asked.axes))
+        return one._replace(replay=one.replay._replace(mission=one.replay.mission.model_copy(update={"name": name})))
+
+
+MOST_WATCHED = 100
+"""Cells whose flight can be seen."""
+
+
+def watched(request: Request) -> list[int]:
+    """All cells of a small map, every so many along both axes of a large one."""
+    panels, rows, columns = request.shape
+    every = next(n for n in range(1, rows + columns) if panels * -(-rows // n) * -(-columns // n) <= MOST_WATCHED)
+    places = np.arange(request.cells).reshape(request.shape)
+    return [int(one) for one in places[:, (every - 1) // 2 :: every, (every - 1) // 2 :: every].flat]
 
 
 def settings(request: Request) -> list[tuple[str, str]]:
@@ -169,17 +196,18 @@ def most_of(request: Request) -> str:
     return " in the one flight of each, which chance varies" if request.random else ""
 
 
-def caption(envelope: Envelope) -> str:
-    """What the map shows: where it ends, or that it does not."""
-    grey = sum(one.cells - one.flyable for one in envelope.panels)
+def caption(envelope: Envelope, linked: bool) -> str:
+    """What the map shows: where it ends, or that it does not. linked: whether cells with a dot are links."""
+    grey = int((~coloured(envelope.cells)).sum())
+    whose = "the flight" if envelope.asked.flights == 1 else "the first flight"
+    watch = f" Click a dot to see {whose} of that cell." if linked else ""
     known = [one.rmse for one in envelope.panels if one.rmse]
     least, most = (units.quantity(end(each[i] for each in known), "m") if known else "" for i, end in ((0, min), (1, max)))
     colour = f"Colour: median position RMSE, from {least} to {most}; lighter means larger. " if known else ""
     if grey:
-        return (
-            f"{colour}Grey: {units.counted(grey, 'cell')} in which fewer than half of the flights succeed, hatched by cause."
-        )
-    return f"{colour}No cell is grey: the limit of flying lies outside this map, or between its points."
+        few = "in which fewer than half of the flights succeed" if envelope.asked.flights > 1 else "whose flight fails"
+        return f"{colour}Grey: {units.counted(grey, 'cell')} {few}, hatched by cause.{watch}"
+    return f"{colour}No cell is grey: the limit of flying lies outside this map, or between its points.{watch}"
 
 
 def fact(one: MapPanel) -> markup.Fact:

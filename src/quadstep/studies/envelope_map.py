@@ -3,8 +3,9 @@ and hatched where flights fail.
 """
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -15,7 +16,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, PathPatch
+from matplotlib.patches import Patch, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 from numpy.typing import NDArray
@@ -161,13 +162,13 @@ COLOURS = "viridis"
 
 LOOKS = {
     OVER_LIMIT: ("0.97", "..", ""),
-    "off-path": ("0.86", "///", "lost: off the path"),
-    "singular": ("0.72", "\\\\\\", "lost: theta at 90°"),
-    "spinning": ("0.80", "xxx", "lost: spinning"),
-    "crashed": ("0.66", "---", "lost: crashed"),
-    "not-finite": ("0.92", "ooo", "lost: not finite"),
+    "off-path": ("0.89", "//", "lost: off the path"),
+    "spinning": ("0.79", "xxx", "lost: spinning"),
+    "crashed": ("0.68", "--", "lost: crashed"),
+    "singular": ("0.56", "||", "lost: theta at 90°"),
+    "not-finite": ("0.43", "OO", "lost: not finite"),
 }
-"""Grey, hatch and words for each cause (for the first the limits themselves): told apart by the hatch alone."""
+"""Grey, hatch and words for each cause (for the first the limits themselves): told apart by the hatch alone, and by grey."""
 
 CONTOURS: dict[float, Literal[":", "-", "--"]] = {0.05: ":", 0.5: "-", 0.95: "--"}
 """Lines of equal success rate, where a cell has several flights."""
@@ -179,14 +180,14 @@ LISTED_TICKS = 25
 LEAST = 1e-12
 
 
-def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet) -> None:
-    """Write `path` in the sheet's formats."""
+def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Mapping[int, str]) -> None:
+    """Write `path` in the sheet's formats. links: where flights of cells can be seen, by the cell's number."""
     campaign, (count, _, _) = request.campaign, request.shape
     mission = check_mission(campaign.content, campaign.source, campaign.folder)
     columns = sheet.side_by_side(2 if count == 4 else min(count, 3), 2.0)
     rows = -(-count // columns)
     norm = scale(cells)
-    with drawing(sheet, {"axes.grid": False, "hatch.linewidth": 0.5, "hatch.color": "0.35"}):
+    with drawing(sheet, {"axes.grid": False, "hatch.linewidth": 0.6}):
         width = sheet.inches(1.6 + 3.6 * columns)
         figure = Figure(figsize=(width, 1.2 + 0.86 * rows * (width - 1.6) / columns), layout="constrained")
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
@@ -195,6 +196,7 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet) -> None:
                 axes.set_axis_off()
                 continue
             draw_panel(axes, request, cells, place, norm)
+            link_cells(axes, request, place, links)
             if request.by:
                 axes.set_title(in_words(request.by.key, request.by.values[place]))
         for axes in grid.flat[max(0, count - columns) : count]:
@@ -229,15 +231,14 @@ def draw_panel(axes: Axes, request: Request, cells: Cells, place: int, norm: Log
     """One panel: x to the right, y up."""
     good, cause = coloured(cells)[place], cells.cause[place]
     image = np.ones((*good.shape, 4))
-    for number, name in enumerate(CAUSES):
-        image[~good & (cause == number), :3] = float(LOOKS[name][0])
+    image[~good, 3] = 0.0
     if norm:
         image[good] = colormaps[COLOURS](norm(np.maximum(cells.rmse[place][good], LEAST)))
     left, right, bottom, top = *axis_ends(request.x), *axis_ends(request.y)
     axes.imshow(image, extent=(left, right, bottom, top), origin="lower", aspect="auto", interpolation="none")
     across, up = edges(request.x), edges(request.y)
     for number, name in enumerate(CAUSES):
-        hatch(axes, ~good & (cause == number), across, up, LOOKS[name][1])
+        hatch(axes, ~good & (cause == number), across, up, name)
     if request.flights > 1 and min(good.shape) > 1:
         share = cells.share[place]
         levels = [level for level in CONTOURS if share.min() < level <= share.max()]
@@ -254,6 +255,21 @@ def draw_panel(axes: Axes, request: Request, cells: Cells, place: int, norm: Log
             every = -(-len(given.values) // LISTED_TICKS)
             axis.set_ticks(range(0, len(given.values), every), [as_typed(one) for one in given.values[::every]])
 
+
+def link_cells(axes: Axes, request: Request, place: int, links: Mapping[int, str]) -> None:
+    """Make cells of a panel links, with a dot in each."""
+    across, up = edges(request.x), edges(request.y)
+    for cell, link in links.items():
+        panel, row, column = np.unravel_index(cell, request.shape)
+        if panel == place:
+            (left, right), (bottom, top) = across[column : column + 2], up[row : row + 2]
+            axes.add_patch(Rectangle((left, bottom), right - left, top - bottom, facecolor=HARDLY, linewidth=0.0, url=link))
+            middle = (0.5 * (left + right), 0.5 * (bottom + top))
+            axes.scatter(*middle, 9.0, color="white", edgecolor="black", linewidths=0.6, zorder=3, urls=[link])
+
+
+HARDLY = (1.0, 1.0, 1.0, 0.01)
+"""What can be clicked, and is not seen."""
 
 MOST_TOLD = 3_000
 """Cells of a panel that answer to the pointer."""
@@ -289,18 +305,26 @@ def edges(axis: MapAxis) -> NDArray[np.float64]:
     return np.linspace(first - half, last + half, count + 1)
 
 
-def hatch(axes: Axes, where: NDArray[np.bool_], across: NDArray[np.float64], up: NDArray[np.float64], pattern: str) -> None:
-    """Hatch some cells, neighbours in a row as one."""
+def hatch(axes: Axes, where: NDArray[np.bool_], across: NDArray[np.float64], up: NDArray[np.float64], cause: str) -> None:
+    """Grey and hatch some cells, neighbours in a row as one."""
     corners = []
     for row, bottom, top in zip(where, up[:-1], up[1:], strict=True):
         changes = np.flatnonzero(np.diff(np.concatenate([[False], row, [False]])))
         for first, past in changes.reshape(-1, 2).tolist():
             left, right = across[first], across[past]
             corners.append([(left, bottom), (right, bottom), (right, top), (left, top), (left, bottom)])
-    if corners and len(corners) <= MOST_HATCHED:
+    if corners:
         codes = [Outline.MOVETO, Outline.LINETO, Outline.LINETO, Outline.LINETO, Outline.CLOSEPOLY] * len(corners)
         outline = Outline(np.array(corners).reshape(-1, 2), codes)
-        axes.add_patch(PathPatch(outline, facecolor="none", edgecolor="0.35", linewidth=0.0, hatch=pattern))
+        look = look_of(cause)
+        look["hatch"] = look["hatch"] if len(corners) <= MOST_HATCHED else None
+        axes.add_patch(PathPatch(outline, **look))
+
+
+def look_of(cause: str) -> dict[str, Any]:
+    """How patches of a cause look: dark on a light grey, light on a dark one."""
+    grey, pattern, _ = LOOKS[cause]
+    return {"facecolor": grey, "edgecolor": "0.2" if float(grey) > 0.6 else "white", "linewidth": 0.0, "hatch": pattern}
 
 
 def legend(request: Request, cells: Cells) -> list[Artist]:
@@ -311,8 +335,8 @@ def legend(request: Request, cells: Cells) -> list[Artist]:
         for name, most in request.campaign.file.failure.items()
     )
     handles: list[Artist] = [
-        Patch(facecolor=grade, edgecolor="0.35", hatch=pattern, linewidth=0.0, label=words or limits)
-        for number, (grade, pattern, words) in enumerate(LOOKS[name] for name in CAUSES)
+        Patch(**look_of(name), label=LOOKS[name][2] or limits)
+        for number, name in enumerate(CAUSES)
         if (grey & (cells.cause == number)).any()
     ]
     if request.flights > 1 and min(request.shape[1:]) > 1:
