@@ -129,12 +129,16 @@ def test_a_log_becomes_advice_and_the_file_to_load(tmp_path):
     assert found.answer.startswith("The loop of roll has a phase margin of ")
     assert "ATC_RAT_RLL_P, ATC_RAT_RLL_I, ATC_RAT_RLL_D times" in found.more[0]
     flight = excited(log, None)
-    shown = loops(flight, None, changes(flight, measured(flight.measured), plant(flight)))
+    now = measured(flight.measured)
+    shown = loops(flight, now, None, changes(flight, now, plant(flight)))
     assert [one.name for one in shown.channels] == ["measured", "with what is advised"]
     np.testing.assert_allclose(shown.loop[:, 1], factor * shown.loop[:, 0], rtol=1e-9)
     assert "with what is advised (dashed) it crosses at" in found.figures[0].caption
     picture = (tmp_path / "out" / "figures" / "bode.svg").read_text()
     assert picture.count('style="fill: #bfbfbf') == 3  # the interval in both plots, and in the legend
+    marked = [*(one[1] for one in shown.phases), *(abs(gain) for _, gain in shown.gains)]
+    assert sorted(re.findall(r">([\d.]+)(?:°| dB)</text>", picture)) == sorted(f"{one:.1f}" for one in marked)
+    assert [fact.what for fact in found.facts[2:]] == ["gain margin up", "gain margin down", "phase margin as advised"]
     assert np.all((shown.unsure > 0.0) & (shown.unsure < 0.5))
     assert "safe" not in (tmp_path / "out" / "report.html").read_text().partition("<body")[2].lower().replace("unsafe", "")
     before = in_ardupilots_log(*flown(WEAK), {**GAINS, "ATC_RAT_PIT_P": 0.1})

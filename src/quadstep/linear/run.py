@@ -176,7 +176,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
 def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     """What to see in each figure."""
     pairs = list(zip(analysis.channels, analysis.margins, strict=False))
-    phase = min(pairs, key=lambda pair: pair[1].phase)
+    phase = pairs[least_phase(analysis)]
     near = max(pairs, key=lambda pair: pair[1].sensitivity)
     over, late = max(moves, key=lambda one: one.overshoot), max(moves, key=lambda one: one.settling)
     settles = (
@@ -186,13 +186,19 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     )
     return {
         "bode": "Where |L| falls through 0 dB, the phase's distance from −180° is the phase margin. It is least in "
-        f"{phase[0].name}: {math.degrees(phase[1].phase):.3g}° at {phase[1].phase_at:.3g} rad/s.",
+        f"{phase[0].name}: {math.degrees(phase[1].phase):.1f}° at {phase[1].phase_at:.3g} rad/s. Bars mark it and the least "
+        "gain margin, of |L| where the phase crosses −180°.",
         "step": "The path steps by 1 along one axis at a time. The largest overshoot is that of "
         f"{over.name}, {100.0 * over.overshoot:.3g} %; {settles}.{off_the_step(moves)}",
         "nyquist": f"The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. The nearest is "
         f"{near[0].name}, to {1.0 / near[1].sensitivity:.2g}: disturbances are amplified "
         f"{near[1].sensitivity:.3g} times there.",
     }
+
+
+def least_phase(analysis: Analysis) -> int:
+    """The place of the channel with the least phase margin, the first of those that are equal."""
+    return min(range(len(analysis.margins)), key=lambda i: float(f"{analysis.margins[i].phase:.6g}"))
 
 
 def off_the_step(moves: list[StepResponse]) -> str:
@@ -212,7 +218,16 @@ def draw(folder: Path, analysis: Analysis, moves: list[StepResponse], sheet: She
     folder.mkdir()
     ready = opened(analysis.loop)
     omega = np.geomspace(max(LOWEST, SLOWEST_SHOWN), np.pi * len(ready.due) / ready.length, DRAWN)
-    shown = OpenLoop(analysis.channels, omega, harmonic(ready, omega))
+    least, all_gains = (
+        least_phase(analysis),
+        [(i, way) for i, one in enumerate(analysis.margins) for way in (one.up, -one.down)],
+    )
+    one = analysis.margins[least]
+    shown = OpenLoop(
+        analysis.channels, omega, harmonic(ready, omega),
+        phases=[(least, math.degrees(one.phase), one.phase_at)] if math.isfinite(one.phase) else [],
+        gains=[min(all_gains, key=lambda gain: abs(gain[1]))],
+    )  # fmt: skip
     draw_bode(folder / "bode", shown, sheet)
     draw_nyquist(folder / "nyquist", shown, sheet)
     draw_steps(folder / "step", moves, sheet)

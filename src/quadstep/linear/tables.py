@@ -3,10 +3,11 @@
 import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from quadstep.linear.analysis import Analysis, StepResponse
 from quadstep.linear.grade import graded
@@ -15,7 +16,7 @@ from quadstep.linear.modes import Pole
 from quadstep.linear.states import Array, Channel, short
 from quadstep.linear.transfer import Complex
 from quadstep.metrics.registry import at_rest
-from quadstep.report.axes import Powers, plain
+from quadstep.report.axes import CLEAR, Powers, plain
 from quadstep.report.canvas import LINES, drawing, margins, new_figure, write
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import listed
@@ -145,19 +146,25 @@ def step_rows(steps: list[StepResponse]) -> list[list[str]]:
 FAINTEST, LOUDEST = -60.0, 60.0
 """Range of a Bode plot [dB]."""
 
+NEAR_ENOUGH = 1.0
+"""A curve is drawn no coarser than this about a gain margin [dB]."""
+
 REACH = 3.0
 """Range of a Nyquist plot on either side of the critical point."""
 
 
 class OpenLoop(NamedTuple):
     """The opened loop as drawn. omega [rad/s]; loop: L, shape (frequencies, channels). unsure: half of the 95 % interval of
-    the first channel's L, as a share of it, where that was measured.
+    the first channel's L, as a share of it, where that was measured. phases: phase margins to mark [°], by place
+    of their channel, and where they are [rad/s]; gains: gain margins [dB], those downwards below 0.
     """
 
     channels: tuple[Channel, ...]
     omega: Array
     loop: Complex
     unsure: Array | None = None
+    phases: Sequence[tuple[int, float, float]] = ()
+    gains: Sequence[tuple[int, float]] = ()
 
 
 MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
@@ -192,6 +199,10 @@ def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
         below.axhline(-180.0, color="0.5", linewidth=0.8)
         above.set_ylim(FAINTEST, LOUDEST)
         above.set_xscale("log")
+        below.yaxis.set_major_locator(
+            MultipleLocator(next((step for step in (90.0, 45.0) if np.ptp(below.get_ylim()) > 3.0 * step), 15.0))
+        )
+        mark_margins(above, below, shown)
         below.xaxis.set_major_formatter(Powers())
         above.set_ylabel("|L| [dB]")
         below.set_ylabel("phase of L [°]")
@@ -200,6 +211,39 @@ def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
             axes.yaxis.set_major_formatter(plain())
         above.legend(loc="upper right", ncols=2)
         write(figure, path, sheet)
+
+
+def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
+    """The phase margins where curves cross 0 dB, and the gain margins where they cross -180°, each with its number."""
+    for place, degrees, at in shown.phases:
+        turned = float(np.interp(at, shown.omega, np.asarray(below.lines[place].get_ydata())))
+        mark(below, place, at, whole_turns(turned), turned, f"{degrees:.1f}°")
+        above.plot([at], [0.0], "o", markersize=4, color=LINES[place]["color"])
+    for place, gain in shown.gains:
+        size, phase = (np.asarray(axes.lines[place].get_ydata()) for axes in (above, below))
+        off = phase - whole_turns(phase)
+        found = np.flatnonzero((off[:-1] * off[1:] <= 0.0) & (np.abs(off[:-1] - off[1:]) < 90.0))
+        near = int(min(found, key=lambda k: abs(size[k] + gain), default=-1))
+        if near >= 0 and abs(size[near] + gain) < NEAR_ENOUGH:
+            mark(above, place, shown.omega[near], 0.0, -gain, f"{abs(gain):.1f} dB")
+            below.plot([shown.omega[near]], [whole_turns(phase[near])], "o", markersize=4, color=LINES[place]["color"])
+
+
+def whole_turns(phase: Any) -> Any:
+    """-180°, or what is whole turns from it and nearer."""
+    return 360.0 * np.round((phase + 180.0) / 360.0) - 180.0
+
+
+def mark(axes: Axes, place: int, at: float, line: float, end: float, text: str) -> None:
+    """A margin: from the line to a curve, with its number on the side on which the curve is farther from the line."""
+    x, y = (np.asarray(values) for values in axes.lines[place].get_data())
+    left, right = np.abs(np.interp([at / 1.5, 1.5 * at], x, y) - line)
+    aside, align = (-6, "right") if left > right else (6, "left")
+    color, middle = LINES[place]["color"], 0.5 * (line + end)
+    axes.plot([at, at], [line, end], color=color, linewidth=2.0, marker="_", markersize=7)
+    axes.annotate(
+        text, (at, middle), (aside, 0), textcoords="offset points", ha=align, va="center", color=color, bbox=CLEAR, zorder=1.5
+    )
 
 
 def draw_nyquist(path: Path, shown: OpenLoop, sheet: Sheet) -> None:

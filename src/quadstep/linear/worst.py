@@ -109,7 +109,7 @@ def worst(loops: Loops) -> list[LeastMargin]:
             for channel, margins in zip(one.channels, one.margins, strict=True)
         ]
         if every:
-            best = (min if less else max)(every, key=lambda one: one[0])
+            best = (min if less else max)(every, key=lambda one: float(f"{one[0]:.6g}"))  # the first of equals
             made.append(LeastMargin(title, text(best[3]), best[2], best[1]))
     return made
 

@@ -64,7 +64,7 @@ def advise(
             loaded = f"advised{form.suffixes[0]}"
             (out / loaded).write_text(form.write({name: value for name, (_, value) in new.items()}, {}), encoding="utf-8")
         (out / FIGURES).mkdir()
-        draw_bode(out / FIGURES / "bode", loops(flight, model, advice), drawn_on.with_svg())
+        draw_bode(out / FIGURES / "bode", loops(flight, now, model, advice), drawn_on.with_svg())
         found = evidence(path.stem, name or str(path), flight, now, behind, model, advice, new)
         found.write(out)
     return found._replace(commands=[f"Parameters to load: {folder / loaded}"] if new else [])
@@ -163,13 +163,23 @@ def evidence(
             "symptoms": {one.name: one.measured for one in seen},
             "factor": advice and advice.factor, "changes": {name: then for name, (_, then) in new.items()},
         },
-        facts=[Fact("phase margin", *degrees(now.phase.value)), Fact("crossover", *hertz(now.phase.at))],
+        facts=facts(now, advice),
         figures=[Figure(f"{FIGURES}/bode", caption(now, advice), label="Open loop")],
         sections=[one for one in tables if one.rows],
         more=more,
         fold=("filters", "symptoms"),
         warnings=[f"{damage(flight.damaged)}; what could not be read is left out"] if flight.damaged else [],
     )  # fmt: skip
+
+
+def facts(now: MeasuredLoop, advice: Advice | None) -> list[Fact]:
+    """The margins measured, and the phase margin with what is advised."""
+    assert now.phase
+    gains = (("gain margin up", now.gain_up), ("gain margin down", now.gain_down))
+    found = [Fact("phase margin", *degrees(now.phase.value)), Fact("crossover", *hertz(now.phase.at))]
+    found += [Fact(name, f"{one.value:.1f}\u00a0dB", f"{one.low:.1f} to {one.high:.1f}\u00a0dB") for name, one in gains if one]
+    expected = advice.expected.phase if advice else None
+    return [*found, *([Fact("phase margin as advised", *degrees(expected.value))] if expected else [])]
 
 
 def hidden_record(now: MeasuredLoop, advice: Advice | None) -> dict[str, float | None] | None:
@@ -180,8 +190,8 @@ def hidden_record(now: MeasuredLoop, advice: Advice | None) -> dict[str, float |
     return {"at[rad/s]": now.hidden.at, "gain": now.hidden.gain, "gain_as_advised": then, "most": HIDDEN}
 
 
-def loops(flight: Excited, model: ModelledLoop | None, advice: Advice | None) -> OpenLoop:
-    """The open loop as measured, with its interval, as it would be with what is advised, and as modelled."""
+def loops(flight: Excited, now: MeasuredLoop, model: ModelledLoop | None, advice: Advice | None) -> OpenLoop:
+    """The open loop as measured, with its interval and margins, as it would be with what is advised, and as modelled."""
     found = flight.measured
     drawn = {"measured": found.opened}
     if advice:
@@ -190,7 +200,10 @@ def loops(flight: Excited, model: ModelledLoop | None, advice: Advice | None) ->
         drawn["modelled"] = model.loop
     half = np.array([student_quantile(0.975, float(freedom)) for freedom in found.freedom]) * found.opened_error
     channels = tuple(Channel(name, "") for name in drawn)
-    return OpenLoop(channels, found.omega, np.stack([*drawn.values()], axis=1), half / np.abs(found.opened))
+    told = [one.phase for one in (now, *([advice.expected] if advice else []))]
+    phases = [(i, math.degrees(one.value.value), one.at.value) for i, one in enumerate(told) if one]
+    gains = [(0, sign * one.value) for sign, one in ((1.0, now.gain_up), (-1.0, now.gain_down)) if one]
+    return OpenLoop(channels, found.omega, np.stack([*drawn.values()], axis=1), half / np.abs(found.opened), phases, gains)
 
 
 def caption(now: MeasuredLoop, advice: Advice | None) -> str:
