@@ -422,6 +422,9 @@ def test_the_view_of_a_lost_flight_stays_near_the_wanted_path():
     assert (low <= wanted.min(axis=0)).all()
     assert (high >= wanted.max(axis=0)).all()
     assert (high - low).max() < 4.0 * 4.0
+    assert Track(np.zeros(50), wanted, wanted + np.array([0.0, 0.05, 0.0])).views == []  # a straight line
+    level = np.column_stack([t, t**2, 0.0 * t])
+    assert Track(np.zeros(50), level, level).views == [(0, 1)]
     low, high = Track(np.zeros(5), np.zeros((5, 3)), np.zeros((5, 3))).view
     assert (high > low).all()
 

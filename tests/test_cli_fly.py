@@ -96,11 +96,11 @@ def test_pictures_have_axis_labels_with_units_and_legends(flown):
         svg = ET.fromstring((flown[1] / "figures" / f"{name}.svg").read_text(encoding="utf-8"))
         shown[name] = "".join("".join(svg.itertext()).split())  # a symbol is in several pieces
         assert "time[s]" in shown[name]
-    for text in ("xd", "errorinx", "x[m]", "z−z["):
+    for text in ("flown", "desired", "x[m]", "z−z["):
         assert text in shown["position"]
-    for text in ("φd", "θd", "ψd", "°]"):
+    for text in ("φ−φ[", "θ−θ[", "ψ−ψ["):
         assert text in shown["attitude"]
-    for text in ("u[N]", "τψ", "τθ", "τφ", "Nm]"):
+    for text in ("u[N]", "τ[Nm]ψ", "τ[Nm]θ", "τ[Nm]φ"):
         assert text in shown["inputs"]
     for text in ("W1", "W2", "|r|1", "|r|2", "f4"):  # the bars of |r1| come before what is below the line
         assert text in shown["learning"]

@@ -50,7 +50,7 @@ def test_captions_say_where_a_flight_is_worst():
     path, position, inputs = flight_jobs(log, "A flight")[:3]
     said = [one.caption.replace("\N{NO-BREAK SPACE}", " ") for one in (path, position, inputs)]
     assert said == [
-        "Farthest from its path: 1.00 m, at 1 s; in the second half at most 100 mm. Circle: start; cross: end.",
+        "Farthest from its path: 1.00 m, at 1 s; in the second half at most 100 mm.",
         "Largest error along an axis: x, 1.00 m at 1 s; at the end: x −100 mm, y 0 m, z 0 m.",
         "Largest u: 9.00 N, at 4 s. The limits cut the law's command 24.9 % of the time.",
     ]

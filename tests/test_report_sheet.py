@@ -249,9 +249,17 @@ def test_on_a4_the_text_of_figures_has_7_points():
     assert min(float(STYLE["legend.fontsize"]) * min(1.0, column / width) for width in widths) >= 7.0
 
 
+def test_a_legend_stands_once_above_panels_that_share_it_and_not_over_a_single_line():
+    pairs = [Panel(name, "m", {name: T, f"{name}_d": T}) for name in "xyz"]
+    figure = picture(T, [*pairs, *(Panel(f"{name}_d - {name}", "m", {f"error in {name}": T}) for name in "xyz")], 2)
+    said = [[text.get_text() for text in axes.get_legend().get_texts()] for axes in figure.axes if axes.get_legend()]
+    assert said == [["flown", "desired"]]
+
+
 def test_a_legend_of_two_rows_does_not_cover_the_panel_above():
     names = dict.fromkeys(("a long name", "another long name", "one more of them", "the last long name"), np.sin(T))
-    figure = picture(T, [Panel("z", "m", names)] * 6, 2)
+    others = dict(reversed(names.items()))
+    figure = picture(T, [Panel("z", "m", names), Panel("z", "m", others)] * 3, 2)
     column = [axes for axes in figure.axes if axes.get_position().x0 < 0.5]
     for above, below in pairwise(sorted(column, key=lambda axes: -axes.get_position().y0)):
         assert below.get_legend().get_window_extent().y1 <= above.get_window_extent().y0

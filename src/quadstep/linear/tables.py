@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -216,8 +216,8 @@ def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
 def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
     """The phase margins where curves cross 0 dB, and the gain margins where they cross -180°, each with its number."""
     for place, degrees, at in shown.phases:
-        turned = float(np.interp(at, shown.omega, np.asarray(below.lines[place].get_ydata())))
-        mark(below, place, at, whole_turns(turned), turned, f"{degrees:.1f}°")
+        turned = np.array(np.interp(at, shown.omega, np.asarray(below.lines[place].get_ydata())))
+        mark(below, place, at, float(whole_turns(turned)), float(turned), f"{degrees:.1f}°")
         above.plot([at], [0.0], "o", markersize=4, color=LINES[place]["color"])
     for place, gain in shown.gains:
         size, phase = (np.asarray(axes.lines[place].get_ydata()) for axes in (above, below))
@@ -229,9 +229,9 @@ def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
             below.plot([shown.omega[near]], [whole_turns(phase[near])], "o", markersize=4, color=LINES[place]["color"])
 
 
-def whole_turns(phase: Any) -> Any:
+def whole_turns(phase: Array) -> Array:
     """-180°, or what is whole turns from it and nearer."""
-    return 360.0 * np.round((phase + 180.0) / 360.0) - 180.0
+    return 360.0 * np.asarray(np.round((phase + 180.0) / 360.0)) - 180.0
 
 
 def mark(axes: Axes, place: int, at: float, line: float, end: float, text: str) -> None:

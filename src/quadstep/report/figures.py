@@ -21,6 +21,8 @@ Numbers = NDArray[np.float64]
 LONGEST_LABEL = 18
 """Letters of a quantity and its unit that are as long as a panel is high: of more, the unit has a line of its own."""
 
+FLOWN, DESIRED = "flown", "desired"
+
 NAMES = 4
 """Most names of a legend beside one another."""
 
@@ -39,8 +41,24 @@ def steady(lines: dict[str, Numbers]) -> float | None:
     return float(f"{0.5 * (low + high):.3g}") if 0.0 < high - low < STEADY * max(abs(low), abs(high)) else None
 
 
-def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
-    """Fill one set of axes; entries may be shorter than t (a flight that ended early)."""
+def legend(panel: Panel) -> list[str]:
+    """What its legend says: nothing of a single line, which the axis names; of a quantity and its command what both are."""
+    first, *others = panel.lines
+    return [FLOWN, DESIRED] if others == [f"{first}_d"] else list(map(label, panel.lines)) if others else []
+
+
+def legends(panels: Sequence[Panel], rows: int) -> list[list[str]]:
+    """Of panels below one another in columns of so many rows: nothing where it would repeat the one above."""
+    found, above = [], list[str]()
+    for place, now in enumerate(map(legend, panels)):
+        above = above if place % rows else []
+        found.append(now if now != above else [])
+        above = now or above
+    return found
+
+
+def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: list[str] | None = None) -> None:
+    """Fill one set of axes; entries may be shorter than t (a flight that ended early). names: those of its legend."""
     lines, name = panel.lines, label(panel.label)
     scale = panel.scale or (SIGNED_LOG if peaked(list(lines.values())) else "")
     base = None if scale else steady(lines)
@@ -63,18 +81,21 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
         linear(axes, drawn)
     space = "\n" if len(panel.label) + len(unit) > LONGEST_LABEL else " "
     axes.set_ylabel(name if unit == "-" else f"{name}{space}[{unit}]", parse_math=True)
-    ncols = legend_columns(axes.bbox.width / axes.figure.dpi + SPARE + SIDES, list(map(label, lines)), NAMES)
-    legend = axes.legend(
-        loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols, handlelength=2.2, columnspacing=1.2
-    )  # above the lines
-    for text in legend.get_texts():
+    names = legend(panel) if names is None else names
+    if not names:
+        return
+    ncols = legend_columns(axes.bbox.width / axes.figure.dpi + SPARE + SIDES, names, NAMES)
+    shown = axes.legend(
+        axes.lines[: len(names)], names, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols,
+        handlelength=2.2, columnspacing=1.2,
+    )  # fmt: skip
+    for text in shown.get_texts():  # above the lines
         text.set_parse_math(True)
 
 
-def legend_rows(panel: Panel, width: float) -> int:
-    """Of its legend in a figure of this width [in]."""
-    names = list(map(label, panel.lines))
-    return -(-len(names) // legend_columns(width, names, NAMES)) if names else 1
+def legend_rows(names: list[str], width: float) -> int:
+    """Of a legend in a figure of this width [in]."""
+    return -(-len(names) // legend_columns(width, names, NAMES)) if names else 0
 
 
 def grid_alone(axes: Axes) -> None:
@@ -129,18 +150,20 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
     tight = sheet.width is not None
     left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.75, 0.83, 0.6)
     across = (width - left - RIGHT - between * (columns - 1)) / columns
-    legends = [0.15 * (legend_rows(panel, across + SPARE + SIDES) - 1) for panel in panels]
-    more, gap = max(legends[::rows]), max([one for place, one in enumerate(legends) if place % rows], default=0.0)
-    inner = (1.25 if tight or rows == 1 else 1.1) * rows - 0.17
-    height = inner + 0.8 + more + gap * (rows - 1)
-    apart = 0.37 if not tight else 0.42
+    names = legends(panels, rows)
+    high = [legend_rows(one, across + SPARE + SIDES) for one in names]
+    below = max([one for place, one in enumerate(high) if place % rows], default=0)
+    more, gap = 0.15 * max(0, max(high[::rows]) - 1), 0.15 * max(0, below - 1)
+    inner = (1.25 if tight or rows == 1 else 1.1 if below else 1.02) * rows - 0.17
+    top = (0.32 if max(high[::rows]) else 0.14) + more
+    height = inner + 0.48 + top + gap * (rows - 1)
+    apart = 0.25 if not below else 0.37 if not tight else 0.42
     apart += gap * (rows + apart * (rows - 1)) / inner  # of the height of a panel
     figure = Typeset(figsize=(width, height), dpi=sheet.dpi)
-    top = 0.32 + more
     figure.subplots_adjust(left / width, 0.48 / height, 1.0 - RIGHT / width, 1.0 - top / height, between / across, apart)
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
-    for axes, panel in zip(grid.T.flat, panels, strict=False):
-        draw(axes, t, panel, log_time)
+    for axes, panel, said in zip(grid.T.flat, panels, names, strict=False):
+        draw(axes, t, panel, log_time, said)
     for axes in grid.T.flat[len(panels) :]:
         axes.set_visible(False)
     for axes in grid.flat:
@@ -164,15 +187,18 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
 
 MOST_POINTS = 2000
 
+DISTANCE, SHORTER = "distance from the path", "distance from\nthe path"
+
 DECADES = 20.0
 """Ratio of the largest distance to the usual one above which its axis is logarithmic."""
 
 
 def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
-    narrow = sheet.side_by_side(3, 2.2) < 3
-    figure = new_figure(sheet, COLUMN, 2.6, 3.8 if narrow else 2.6)
-    top, side, errors = track_axes(figure, narrow)
-    margins(figure, sheet, 0.085, 0.18, 0.985, 0.89, 0.36)
+    views = track.views
+    narrow = bool(views) and sheet.side_by_side(1 + len(views), 2.2) < 1 + len(views)
+    figure = new_figure(sheet, COLUMN, 2.6 if views else 1.7, 3.8 if narrow else 2.6 if views else 1.7)
+    *seen_from, errors = track_axes(figure, len(views), narrow)
+    margins(figure, sheet, 0.085, 0.18 if views else 0.27, 0.985, 0.89 if views else 0.96, 0.36)
     seen = track.distance > 0.0
     unit, factor = handy("m", float(track.distance.max()))
     if seen.any() and track.distance.max() > DECADES * np.quantile(track.distance[seen], 0.05):
@@ -185,10 +211,9 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
     errors.set_xlabel("time [s]")
     errors.xaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
     errors.xaxis.set_major_formatter(plain())
-    errors.set_ylabel(f"distance from the path [{unit}]" if sheet.width is None else f"distance [{unit}]")
+    errors.set_ylabel(f"{DISTANCE if views else SHORTER} [{unit}]" if sheet.width is None else f"distance [{unit}]")
     low, high = track.view
-    across = int(np.argmax(np.ptp(track.wanted[:, :2], axis=0)))  # from the side: along the longer of x and y
-    for axes, a, b in ((top, 0, 1), (side, across, 2)):
+    for axes, (a, b) in zip(seen_from, views, strict=True):
         draw_path(axes, track.wanted[:, [a, b]], track.flown[:, [a, b]])
         axes.set_xlim(low[a], high[a])
         axes.set_ylim(low[b], high[b])
@@ -199,25 +224,23 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
             axis.set_major_locator(MaxNLocator(5, steps=STEPS))
             axis.set_major_formatter(plain())
     if narrow:
-        top.figure.legend(*top.get_legend_handles_labels(), loc="outside upper left", ncols=2)
-    else:
-        top.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+        seen_from[0].figure.legend(*seen_from[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+    elif views:
+        seen_from[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
     return figure
 
 
-def track_axes(figure: Figure, narrow: bool) -> tuple[Axes, Axes, Axes]:
-    """The axes of the view from above, that from the side, which a phone shows first, and the error; narrow: below both."""
+def track_axes(figure: Figure, views: int, narrow: bool) -> list[Axes]:
+    """The axes of the views, that from above, which a phone shows first, and the error; narrow: below them."""
     if not narrow:
-        top, side, errors = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.5))
-        return top, side, errors
+        return [*figure.subplots(1, 1 + views, width_ratios=[*[1.0] * views, 3.9 - 1.2 * views], squeeze=False)[0]]
     above, below = figure.subfigures(2, 1, squeeze=False)[:, 0]
-    top, side = above.subplots(1, 2)
-    return top, side, below.subplots()
+    return [*above.subplots(1, views, squeeze=False)[0], below.subplots()]
 
 
 def draw_path(axes: Axes, wanted: NDArray[np.float64], flown: NDArray[np.float64]) -> None:
     """One view: the desired path, the flown one, where it began and where it ended."""
-    for points, name, style in ((wanted, "desired", BAND), (flown, "flown", LINES[0])):
+    for points, name, style in ((wanted, DESIRED, BAND), (flown, FLOWN, LINES[0])):
         axes.plot(*points[:: max(1, len(points) // MOST_POINTS)].T, label=name, **style)
     axes.plot(*flown[0], marker="o", color="black", markerfacecolor="white", markersize=5, linestyle="")
     axes.plot(*flown[-1], marker="x", color="black", markersize=6, linestyle="")

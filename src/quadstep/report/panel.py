@@ -29,6 +29,16 @@ ROOM = 1.0
 """Margin around the desired path, in sizes of it: a flight that diverges leaves the view, and the path stays visible."""
 
 
+FLAT = 0.02
+"""Share of a view that a line is not broader than."""
+
+
+def breadth(points: NDArray[np.float64]) -> float:
+    """Of points in a plane, across the direction along which they are spread most."""
+    (_, across) = np.linalg.svd(np.cov((points - points.mean(axis=0)).T))[2]
+    return float(np.ptp(points @ across))
+
+
 class Track(NamedTuple):
     """A flight in space. distance [m]: from its path; wanted, flown: points [m], shape (samples, 3)."""
 
@@ -44,6 +54,16 @@ class Track(NamedTuple):
         both = np.clip(np.concatenate([self.wanted, self.flown]), least, most)
         middle, half = 0.5 * (both.min(axis=0) + both.max(axis=0)), 0.54 * max(float(np.ptp(both, axis=0).max()), 1e-3)
         return middle - half, middle + half
+
+    @property
+    def views(self) -> list[tuple[int, int]]:
+        """Axes of the view from above, and of that from the side, along the longer of x and y; without those in which it is a
+        dot or a straight line.
+        """
+        low, high = self.view
+        points = np.clip(np.concatenate([self.wanted, self.flown]), low, high)
+        across = int(np.argmax(np.ptp(self.wanted[:, :2], axis=0)))
+        return [pair for pair in ((0, 1), (across, 2)) if breadth(points[:, pair]) > FLAT * float(high[0] - low[0])]
 
     @property
     def beyond(self) -> list[str]:

@@ -30,8 +30,10 @@ def of_path(log: FlightLog) -> str:
     later = float(distance[t >= 0.5 * t[-1]].max())
     said = f"Farthest from its path: {quantity(float(distance[worst]), 'm')}, at {at(t, worst)}"
     said += f"; in the second half at most {quantity(later, 'm')}" if later < 0.9 * distance[worst] else ""
-    beyond = track_of(log).beyond
-    return f"{said}. Circle: start; cross: end{f', beyond the view along {listed(beyond)}' if beyond else ''}."
+    track = track_of(log)
+    if not track.views:
+        return f"{said}."
+    return f"{said}. Circle: start; cross: end{f', beyond the view along {listed(track.beyond)}' if track.beyond else ''}."
 
 
 def of_position(log: FlightLog) -> str:
