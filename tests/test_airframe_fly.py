@@ -149,6 +149,7 @@ def test_a_crash_ends_with_code_3_and_says_so(plain, tmp_path):
     for said in (run.out, re.sub("<[^>]*>", "", (tmp_path / "out" / "report.html").read_text(encoding="utf-8"))):
         assert f"It ended at {where} m; roll " in " ".join(said.replace("\u00a0", " ").split())
         assert f"pitch {turned}, yaw " in " ".join(said.split())
+        assert " rad/s; more of that state" in " ".join(said.replace("\u00a0", " ").split()), "as limits.rate"
     assert "the rotors were saturated" in run.err
     assert not (tmp_path / "out" / "weights.json").exists()
 

@@ -43,7 +43,9 @@ end = [0.0, 0.0, 1.0]
     cat a.toml
 
 ```python
-x = 2
+import matplotlib
+
+x = 2 * matplotlib.rcParams["text.parse_math"]  # as a reader's own figure has it
 ```
 
 ```python

@@ -11,6 +11,7 @@ from docs.site.listings import listings
 from docs.site.notebooks import lessons, notebook
 from quadstep import read_mission
 from quadstep.io.errors import UserError
+from quadstep.linear.grade import Grade
 from quadstep.mission.fields import plain
 from quadstep.studies.lessons import LessonTask, MeasuredMission, check_tasks, differing_keys, judge_flight, tasks
 from tests.commands import quadstep
@@ -47,7 +48,7 @@ SOLUTIONS = {
     "9.4": {"controller.pace": 1.25},
     "9.5": {"controller": {"type": "own_controller.py:CascadedPD"}},
     "10.4": {"controller": {"type": "indi"}, "events": ROTOR},
-    "10.5": {"controller": {"type": "indi"}, "wind.mean": [10.0, 0.0, 0.0]},
+    "10.5": {"controller.K_r1": 4.5, "controller.nets.F1": 2.5, "wind.mean": [10.0, 0.0, 0.0]},
 }
 
 
@@ -102,8 +103,9 @@ WRONG_REASON = {
     "7.4": {**SILENT, "controller.K_i1": 20.0},
     "7.5": SILENT,
     "8.4": SILENT,
+    "10.4": {"controller": {"type": "rotation-backstepping", "nets": {"F1": 1.5}}},
 }
-"""Laws that hardly follow the path, so that they hardly lean, and nets that learn nothing."""
+"""Laws that hardly follow the path, so that they hardly lean, nets that learn nothing, gains where it takes another law."""
 
 
 @pytest.mark.parametrize("name", WRONG_REASON)
@@ -149,7 +151,8 @@ def test_a_flight_is_not_lost_as_asked_by_gains_that_the_exercise_excludes(tmp_p
 MEDDLING = {
     "1.4": [{"vehicle.mass": 1.1}, {"controller.K_r1": 9.0}, {"start.position": [0.0, 0.0, 2.1]}],
     "2.4": [{"vehicle.inertia": [1.0, 1.0, 1.0]}, {"simulation.duration": 2.0}],
-    "3.5": [{"vehicle.mass": 0.8}],
+    "3.5": [{"vehicle.mass": 0.8}, {"controller.K_r1": [3.0, 3.0, 250.0]}],
+    "10.5": [{"controller": {"type": "indi"}}],
     "10.4": [{"vehicle.mass": 2.0}, {"margins.gain": 0.0}, {"sensors.position_noise": 0.0}, {"wind.turbulence.wind_20": 0.0},
         {"path.width": 0.1}, {"events": [*ROTOR, {"type": "rotor", "time": 3.1, "rotor": 1, "efficiency": 1.0}]}],
 }  # fmt: skip
@@ -276,6 +279,18 @@ def test_a_limit_may_be_of_a_gain_that_the_mission_leaves_out(tmp_path):
         mission = read_mission(file)
         (_, limit) = judge_flight(task, mission, plain(mission.model_dump()), MeasuredMission({}, None, None))
         assert (limit.failure is None) == solved, limit
+
+
+def test_a_loop_is_graded_where_a_course_asks_for_it():
+    mission = read_mission(LESSONS["02"])
+    task = LessonTask(name="a", asks="Fly.", grade="sound")
+    said = {
+        word: judge_flight(task, mission, {}, MeasuredMission({}, Grade(word, "30.1 ms"), None))[-1].failure
+        for word in ("sound", "fragile", "unstable")
+    }
+    assert said["sound"] is None
+    assert said["fragile"] == "the loop should be sound, but is fragile: 30.1 ms"
+    assert said["unstable"]
 
 
 @pytest.mark.parametrize(("content", "said"), [

@@ -14,6 +14,8 @@ import traceback
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from matplotlib import rc_context
+
 from docs.site.checking import check_toml
 from docs.site.listings import Kind, Listing, listings
 from docs.site.pages import DOCS, ROOT, name_of
@@ -80,7 +82,7 @@ def shell(command: str, wanted: int, folder: Path) -> str:
 def python(text: str, source: str, names: dict[str, Any]) -> str:
     """What a Python listing prints; `names` are those of the page so far. Its figures get the style of the reports."""
     printed = io.StringIO()
-    with contextlib.redirect_stdout(printed), drawing(Sheet()):
+    with contextlib.redirect_stdout(printed), drawing(Sheet()), rc_context({"text.parse_math": True}):
         exec(compile(text, source, "exec"), names)
     return printed.getvalue()
 

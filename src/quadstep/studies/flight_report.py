@@ -79,7 +79,7 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -
 KINDS = (
     ("xyz", 1.0, "m"),
     (("roll", "pitch", "yaw", "phi", "theta", "psi"), math.degrees(1.0), "°"),
-    (("p", "q", "r", "phi_dot", "theta_dot", "psi_dot"), math.degrees(1.0), "°/s"),
+    (("p", "q", "r", "phi_dot", "theta_dot", "psi_dot"), 1.0, "rad/s"),
 )
 """What is said of the state that ended a flight, as far as it has these columns; how many of the unit one in SI is."""
 
