@@ -271,6 +271,7 @@ def test_a_page_of_many_sections_lists_them_after_its_introduction():
 def test_the_site_is_made_for_readers_by_ear_and_keyboard():
     assert accessible('<p class="caption" role="heading">') == '<p class="caption" role="heading" aria-level="2">'
     assert accessible('<aside class="toc-drawer no-toc">') == '<aside aria-label="On this page" class="toc-drawer no-toc">'
+    assert accessible('<link rel="shortcut icon" href="a.svg">') == '<link rel="icon" type="image/svg+xml" href="a.svg">'
     assert accessible('<div class="table-wrapper x">') == '<div tabindex="0" class="table-wrapper x">'
     assert accessible('<div class="highlight"><pre>x') == '<div class="highlight"><pre tabindex="0">x'
 

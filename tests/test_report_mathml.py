@@ -41,6 +41,10 @@ def inside(latex):
             '<msup><mpadded height="0.66em"><mover accent="true"><mi>W</mi><mo stretchy="false">ˆ</mo></mover></mpadded>'
             "<mrow><mi>T</mi></mrow></msup>",
         ),
+        (  # the subscript as low as beside a letter that does not descend
+            r"\eta_d",
+            '<msub><mpadded depth="0"><mi>η</mi></mpadded><mi>d</mi></msub>',
+        ),
         (r"\sqrt N", "<msqrt><mi>N</mi></msqrt>"),
         (r"\text{if } a < b", "<mtext>if </mtext><mi>a</mi><mo>&lt;</mo><mi>b</mi>"),
         (r"\class{s-r}{r}", '<mrow class="s-r"><mrow><mi>r</mi></mrow></mrow>'),

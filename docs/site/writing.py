@@ -99,6 +99,7 @@ def with_sections(text: str) -> str:
 
 
 ACCESSIBLE = {
+    'rel="shortcut icon"': 'rel="icon" type="image/svg+xml"',
     '<p class="caption" role="heading">': '<p class="caption" role="heading" aria-level="2">',
     '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="Pages">',
     '<aside class="toc-drawer': '<aside aria-label="On this page" class="toc-drawer',

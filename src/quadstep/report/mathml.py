@@ -150,11 +150,13 @@ class Reader:
                 low = self.group()
             else:
                 high += self.group()
-        if (
-            high and first.removeprefix("\\") in ACCENTS
-        ):  # as high as without it, or the superscript would stand above the accent
-            capital = re.search(r">[A-ZΓ-Ω0-9]<", base)
-            base = f'<mpadded height="{0.66 if capital else 0.47}em">{base}</mpadded>'
+        room = ""
+        if high and first.removeprefix("\\") in ACCENTS:  # or the superscript would stand above the accent
+            room = f' height="{0.66 if re.search(r">[A-ZΓ-Ω0-9]<", base) else 0.47}em"'
+        if low and re.search(r">[fgjpqyβγζημξρφχψ]<", base):  # or the subscript would hang below that of other letters
+            room += ' depth="0"'
+        if room:
+            base = f"<mpadded{room}>{base}</mpadded>"
         over = first == r"\sum" and self.block
         kind = (
             ("under" if low else "") + ("over" if high else "") if over else ("sub" if low else "") + ("sup" if high else "")
