@@ -129,7 +129,7 @@ def test_a_line_of_a_figure_is_told_apart_by_its_dashes(out):
     svg = (out / "fig10.svg").read_text(encoding="utf-8")
     curves = set(re.findall(r'style="(fill: none; [^"]*)"', svg))
     assert any("stroke-dasharray" in style for style in curves)
-    assert any("stroke-width: 3.6" in style for style in curves)
+    assert any("stroke-opacity: 0.26" in style for style in curves)
 
 
 def test_figure_3_ends_at_10_20_30_and_40(out):
@@ -280,10 +280,15 @@ def shown(text):
 
 def test_the_report_holds_all_figures_and_tables(page, report, claims, metrics):
     assert report.count("<figure>") == len(FIGURES)
-    judged, cases, starts, stress, chosen = page.tables
+    judged, full, cases, starts, stress, chosen = page.tables
     assert [row[0] for row in judged[1:]] == [shown(claim["name"]) for claim in claims]
     assert [row[-1] for row in judged[1:]] == [claim["verdict"] for claim in claims]
-    assert [row[2] for row in judged[1:]] == [shown(claim["measured"]) for claim in claims]
+    assert [row[2] for row in full[1:]] == [shown(claim["measured"]) for claim in claims]
+    assert all(long[2].startswith(brief[1]) for brief, long in zip(judged[1:], full[1:], strict=True))
+    assert max(len(row[1]) for row in judged[1:]) < 150, "a line or two"
+    failing = [place for place, claim in enumerate(claims, start=1) if claim["verdict"] == "fails"]
+    assert f"{len(failing)} fail:" in report
+    assert all(report.count(f"claim-{place}&quot;") + report.count(f'claim-{place}"') == 2 for place in failing), "link, row"
     assert [row[0] for row in cases[1:]] == list(metrics["cases"])
     assert len(starts) > 5
     assert [len(row) for row in stress] == [7] * 7
@@ -294,7 +299,7 @@ def test_the_report_holds_all_figures_and_tables(page, report, claims, metrics):
 
 
 def test_a_stress_flight_that_diverges_is_told_with_time_and_reason(page, metrics):
-    cells = [cell.replace("\N{NO-BREAK SPACE}", " ") for row in page.tables[3][1:] for cell in row[1:]]
+    cells = [cell.replace("\N{NO-BREAK SPACE}", " ") for row in page.tables[4][1:] for cell in row[1:]]
     lost = sum(flight["outcome"] != "completed" for flight in metrics["stress"])
     assert sum(bool(re.fullmatch(r"lost at [\d.]+ s: [a-z ]+", cell)) for cell in cells) == lost
     assert sum(bool(re.fullmatch(r"[\d.e+-]+ [µm]m, [\d.]+°", cell)) for cell in cells) == 36 - lost

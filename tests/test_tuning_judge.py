@@ -1,5 +1,7 @@
 """The cost of flights, computed by hand."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -92,7 +94,10 @@ def test_the_comparison_in_numbers():
     assert found.rows[0].difference == pytest.approx((-0.1, -0.1, -0.1))
     assert found.objective.present.low < before.mean() < found.objective.present.high
     assert found.success[0] == pytest.approx((1.0, 0.9817, 1.0), abs=1e-4)
-    assert "WORSE" in compare(judge(), flown(before), flown(before + 0.1)).verdict
+    worse = answer(compare(judge(), flown(before), flown(before + 0.1))).replace("\N{NO-BREAK SPACE}", " ")
+    assert re.search(r"WORSE on .* do not use them\. The objective rises by [\d.]+ %\.", worse)
+    less = answer(compare(judge(), flown(before), flown(before * random.uniform(0.4, 0.6, 200))))
+    assert re.search(r"not tuned on: the objective falls by ([\d.]+) \[[\d.]+, [\d.]+\] %\.$", less)
     noise = before + random.normal(0.0, 0.05, 200)
     assert "NOT shown to be better" in compare(judge(), flown(before), flown(noise - noise.mean() + before.mean())).verdict
     assert "NOT shown to be better" in compare(judge(), flown(before), flown(before * (1.0 - 1e-5))).verdict
@@ -112,8 +117,8 @@ def test_more_flights_that_succeed_count_before_a_smaller_objective():
 def test_a_better_objective_is_not_told_without_the_flights_that_fail_with_it():
     rmse, half = np.full(100, 1.0), np.where(np.arange(100) < 50, 5.0, 10.0)
     found = compare(judge(), flown(rmse, ended=half), flown(0.5 * rmse, ended=half))
-    assert answer(found).endswith("The objective falls by 50 %. With them 50 % of the flights succeed.")
-    assert answer(compare(judge(), flown(rmse), flown(0.5 * rmse))).endswith("The objective falls by 50 %.")
+    assert answer(found).endswith(": the objective falls by 50 %. With them 50 % of the flights succeed.")
+    assert answer(compare(judge(), flown(rmse), flown(0.5 * rmse))).endswith(": the objective falls by 50 %.")
 
 
 def test_a_better_objective_is_not_told_without_the_error_that_rises_with_it():

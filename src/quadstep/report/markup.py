@@ -143,8 +143,12 @@ def without_blank(header: Sequence[str], rows: Sequence[Sequence[Cell]]) -> tupl
     return [header[i] for i in kept], [[row[i] for i in kept] for row in rows]
 
 
-def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callable[[str], str] = rich) -> str:
-    """A table of text, its names set as `paragraph` does; a header of empty names and blank columns are left out."""
+def table(
+    header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callable[[str], str] = rich, anchors: Sequence[str] = ()
+) -> str:
+    """A table of text, its names set as `paragraph` does; a header of empty names and blank columns are left out. anchors: of
+    its rows.
+    """
     header, rows = without_blank(header, list(rows))
 
     def cell(content: Cell) -> str:
@@ -154,7 +158,8 @@ def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callabl
 
     head = "".join(f"<th>{set_as(name)}</th>" if name else "<td></td>" for name in header)
     head = f"<thead><tr>{head}</tr></thead>" if any(header) else ""
-    body = "".join(f"<tr>{''.join(cell(content) for content in row)}</tr>\n" for row in rows)
+    marks = [f' id="{one}"' for one in anchors] or [""] * len(rows)
+    body = "".join(f"<tr{mark}>{''.join(map(cell, row))}</tr>\n" for mark, row in zip(marks, rows, strict=True))
     return f'<div class="scroll" tabindex="0"><table>{head}<tbody>\n{body}</tbody></table></div>'
 
 

@@ -258,7 +258,7 @@ STATED = (
     "Worst margin relative to the terms it is made of; a negative one of up to 1e-9 is round-off. Used up: the least share of "
     "a term of the bound that some closed loop needs; above 0.9 the statement fails with 0.9 of any term."
 )
-MAPPED = "Position RMSE; x: lost. Darker is worse; the completed laws fly where the paper's is lost."
+MAPPED = "Position RMSE; x: lost. The completed laws fly where the paper's is lost."
 SEEN = "The theorem on closed loops, random and sought out"
 
 

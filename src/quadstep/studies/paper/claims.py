@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from quadstep.metrics.registry import Metrics, group, metric
+from quadstep.report import units
 from quadstep.studies.paper.cases import (
     NEURONS,
     SEEDS,
@@ -178,18 +179,20 @@ def neurons(study: PaperStudy) -> list[Claim]:
     for flight in ("Case 1", "t_f = 6 s, scale 1"):
         errors = {n: [metric(study.neurons[flight, n, seed], "position_rmse[m]") for seed in SEEDS] for n in NEURONS}
         median[flight] = {n: float(np.median(values)) for n, values in errors.items()}
-    text = "; ".join(
-        f"{flight}: " + ", ".join(f"{n}: {1e3 * value:.2g} mm" for n, value in values.items())
-        for flight, values in median.items()
-    )
     values = {flight: {str(n): value for n, value in by_count.items()} for flight, by_count in median.items()}
-    measured = f"median RMSE over {len(SEEDS)} seeds by neurons, {text}"
+    measured = {
+        other: f"median RMSE over {len(SEEDS)} seeds, {other} against 10 neurons: "
+        + "; ".join(
+            f"{units.quantity(m[other], 'm')} against {units.quantity(m[10], 'm')} ({flight})" for flight, m in median.items()
+        )
+        for other in (8, 12)
+    }
     worse, no_better = all(m[8] > m[10] for m in median.values()), all(m[12] >= 0.99 * m[10] for m in median.values())
     eight = "Using eight neurons the performance deteriorated."
     twelve = "A simulation using 12 neurons did not improve performance."
     return [
-        Claim("8 neurons are worse than 10", eight, measured, judge(worse), values),
-        Claim("12 neurons are no better than 10", twelve, measured, judge(no_better), values),
+        Claim("8 neurons are worse than 10", eight, measured[8], judge(worse), values),
+        Claim("12 neurons are no better than 10", twelve, measured[12], judge(no_better), values),
     ]
 
 

@@ -132,7 +132,7 @@ def transient_cause(study: PaperStudy) -> Claim:
     return Claim(
         "transients caused by the nets",
         "This is because of the transient phase of NN weights from their initial assigned values of zero.",
-        f"nets off: peaks of {degrees(tilt_off):.0f}° and {torque_off:.0f} N m; on: {degrees(tilt):.0f}° and "
+        f"nets off: peaks of {degrees(tilt_off):.0f}° and {torque_off:.0f} N m, on: {degrees(tilt):.0f}° and "
         f"{torque:.0f} N m. The nets add to the tilt; the torque comes from the start off the path and the gains",
         judge(tilt_off < 0.8 * tilt and torque_off < 0.8 * torque),
         {"nets_on": [tilt, torque], "nets_off": [tilt_off, torque_off]},

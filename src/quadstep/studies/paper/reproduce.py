@@ -5,7 +5,8 @@
 
 import math
 import platform
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import NamedTuple, cast
@@ -268,6 +269,29 @@ def facts(study: PaperStudy, claims: list[Claim]) -> list[markup.Fact]:
     ]
 
 
+def to_claims(claims: Sequence[Claim]) -> Iterator[str]:
+    """Links to the claims that do not hold."""
+    for verdict, said in ((ClaimVerdict.FAILS, "fail"), (ClaimVerdict.UNDECIDED, "cannot be decided")):
+        found = [(f"#{anchor(place)}", claim.name) for place, claim in enumerate(claims) if claim.verdict is verdict]
+        if found:
+            yield markup.links(found, f"{len(found)} {said if len(found) > 1 else said.replace('fail', 'fails')}:")
+
+
+def anchor(place: int) -> str:
+    """Of a claim's row."""
+    return f"claim-{place + 1}"
+
+
+def briefly(measured: str) -> str:
+    """What decides, without what was measured besides."""
+    return re.split(r"; |\. (?=[A-Z])", measured, maxsplit=1)[0]
+
+
+SOURCES = (
+    "Das, Lewis, Subbarao: Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics (2009), Section 6, "
+    f"replayed by quadstep {__version__}. Numbers in full: metrics.json, claims.json and the CSV files next to this page."
+)
+
 CASES_HEADER = (
     "flight", "RMSE / largest error in x, y, z", "roll and pitch level from", "largest thrust", "total variation of u",
     "largest torque", "largest weight norm",
@@ -283,7 +307,8 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
     start_header = ["start; gains of [11]", *(claim.name for claim in compared)]
     starts = compared[0].values["by_start"]
     start_rows = [[start, *(claim.values["by_start"][start] for claim in compared)] for start in starts]
-    judged = [(c.name, c.sentence, c.measured, (c.verdict, VERDICTS[c.verdict])) for c in claims]
+    judged = [(c.name, briefly(c.measured), (c.verdict, VERDICTS[c.verdict])) for c in claims]
+    in_full = markup.table(("claim", "the paper's sentence", "measured"), [(c.name, c.sentence, c.measured) for c in claims])
     return Evidence(
         name="The paper, flown and judged",
         kind="Reproduction",
@@ -291,15 +316,13 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
         sentences=[answer(claims)],
         record=study_metrics(study),
         facts=facts(study, claims),
-        more=[
-            "Das, Lewis, Subbarao: Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics (2009), "
-            f"Section 6, replayed by quadstep {__version__}. Numbers in full: metrics.json, claims.json and the CSV files "
-            "next to this page."
-        ],
         sections=[
+            *to_claims(claims),
+            TableSection(text=SOURCES),
             markup.links([("page.html", "Fly these flights in your browser")]) if flying else "",
-            TableSection("What the paper claims, and what was measured", "claims",
-                  ("claim", "the paper's sentence", "measured", "verdict"), judged),
+            markup.heading("What the paper claims, and what was measured", "claims"),
+            markup.table(("claim", "measured", "verdict"), judged, anchors=[*map(anchor, range(len(claims)))]),
+            markup.disclosure("The paper's sentences, and all that was measured", in_full),
             markup.heading("The paper's figures, flown again", "figures"),
             *(Figure(figure_name(n), f"Fig. {n}: {caption}") for n, caption in CAPTIONS.items()),
             TableSection("The cases in numbers", "cases", CASES_HEADER, case_rows(study)),

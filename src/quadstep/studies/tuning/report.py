@@ -109,19 +109,25 @@ def answer(compared: Compared) -> str:
     risen = "".join(rise(one, compared.flights == 1) for one in errors)
     if certain_sign(compared.success_difference, compared.flights == 1):  # which decides
         moved = "rises" if tuned.value > present.value else "falls"
-        return (
-            f"{compared.verdict} Success {moved} from {units.percent(present.value)} to {units.percent(tuned.value)}.{risen}"
-        )
+        shares = (units.percent(*(one if compared.flights > 1 else one[:1])) for one in (present, tuned))
+        return with_number(compared, f"success {moved} from {' to '.join(shares)}.") + risen
     said = compared.verdict
     if compared.verdict != UNCHANGED and before and difference and before.value:
-        change = difference.value / before.value
-        said += f" The objective {'falls' if change < 0.0 else 'rises'} by {100.0 * abs(change):.3g} %."
+        value, *ends = (part / before.value for part in difference)
+        low, high = sorted(map(abs, ends)) if ends[0] * ends[1] > 0.0 and ends[1] - ends[0] > 1e-9 else (math.nan, math.nan)
+        by = units.percent(abs(value), low, high)
+        said = with_number(compared, f"the objective {'falls' if value < 0.0 else 'rises'} by {by}.")
     said += risen
     if tuned.value < 1.0:
         share = f"{units.percent(tuned.value)} of the flights succeed"
         share += f", {units.percent(present.value)} with the present gains" if present.value != tuned.value else ""
         said += f" With them {share if compared.flights > 1 else 'the flight fails'}."
     return said
+
+
+def with_number(compared: Compared, said: str) -> str:
+    """The verdict with the number that it rests on, in one sentence where it is short enough for that."""
+    return f"{compared.verdict[:-1]}: {said}" if compared.better else f"{compared.verdict} {said[:1].upper()}{said[1:]}"
 
 
 def rise(one: Row, alone: bool) -> str:
