@@ -268,6 +268,11 @@ def test_a_page_of_many_sections_lists_them_after_its_introduction():
     assert with_sections(few := text.partition("## D")[0]) == few
 
 
+def test_the_site_has_the_colours_that_its_figures_name():
+    settings = (DOCS / "site" / "conf.py").read_text(encoding="utf-8")
+    assert re.search('^html_css_files = .*"colours.css"', settings, re.MULTILINE)
+
+
 def test_the_site_is_made_for_readers_by_ear_and_keyboard():
     assert accessible('<p class="caption" role="heading">') == '<p class="caption" role="heading" aria-level="2">'
     assert accessible('<aside class="toc-drawer no-toc">') == '<aside aria-label="On this page" class="toc-drawer no-toc">'

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from docutils import nodes
 
 import quadstep
+from quadstep.report import markup
 from quadstep.report.markup import FONTS
 from quadstep.report.mathml import CLOSING, displayed, in_line
 
@@ -30,10 +31,10 @@ suppress_warnings = ["misc.highlighting_failure"]  # a frame of a law with dots 
 here = Path(__file__).parent
 html_theme = "furo"
 html_title = "quadstep"
-html_static_path = [str(here / "static"), str(FONTS)]
+html_static_path = [str(here / "static"), str(FONTS), str(Path(markup.__file__).with_name("colours.css"))]
 html_extra_path: list[str] = []
 html_favicon = str(here / "static" / "icon.svg")
-html_css_files = ["formulas.css", "theme.css"]
+html_css_files = ["colours.css", "formulas.css", "theme.css"]
 html_js_files = ["frames.js"]
 html_copy_source = False
 html_show_sourcelink = False
