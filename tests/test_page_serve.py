@@ -479,10 +479,10 @@ def test_no_word_of_a_number_is_written_twice():
 
 def test_two_flights_are_compared_number_by_number_and_flown_in_one_page(port, root):
     status, _, text = get(port, "/compare?a=first%20flight&b=report")
-    assert status == 200
-    assert "position RMSE" in text
-    assert "only their numbers can be compared" in text
-    assert "<b>bold" not in text
+    assert status == 422
+    assert re.fullmatch(
+        r"first flight \(flight\) and report \([a-z ]+\) cannot be compared: choose two results of one kind\n", text
+    )
     status, _, text = get(port, "/both?a=first%20flight&b=first%20flight")
     assert status == 200
     first, second = data_of(text)["flights"]

@@ -108,11 +108,14 @@ def two_below(root: Path, query: str, needed: str = "") -> tuple[Path, Path]:
 
 
 def compare(root: Path, query: str) -> str:
-    """Two results beside each other. Raises NotFound."""
+    """Two results of one kind beside each other. Raises NotFound, UserError."""
     folders = two_below(root, query)
     first, second = (result_in(root, folder) for folder in folders)
     if first is None or second is None:
         raise NotFound
+    if first.kind != second.kind:
+        kinds = f"{folders[0].name} ({first.kind.lower()}) and {folders[1].name} ({second.kind.lower()})"
+        raise UserError(f"{kinds} cannot be compared: choose two results of one kind")
     return compared_page((first, second), (manifest(folders[0]), manifest(folders[1])))
 
 

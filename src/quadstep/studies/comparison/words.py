@@ -148,7 +148,8 @@ def of_all(results: Comparison) -> str:
             else "no difference from another is shown"
         )
         chance = "" if others or not pairs or not all(won) else f", but {chance}"
-        text = f"{leads} the best mean rank{some}{loses}{chance}{'' if others else with_grade(results, first)}. {text}"
+        rank = f"{min(results.overall().values()):.2f} from 0 (always first) to 1 (always last)"
+        text = f"{leads} the best mean rank{some}, {rank}{loses}{chance}{'' if others else with_grade(results, first)}. {text}"
     if results.problems:
         out = dict.fromkeys(one.controller[1] if one.controller else "a whole situation" for one in results.problems)
         text += f" Missing from some or all situations because they failed: {several(list(out))}."
