@@ -197,7 +197,7 @@ def test_what_is_worse_than_no_model_is_said_first_and_the_cards_show_the_worse_
     assert said.startswith(
         "No better than without a model, 10 samples ahead: attitude (1.13 times the error, from commands alone)"
     )
-    assert "1 of 2 vehicle parameters were identified (but not inertia[0]); on 1 flight held out, the position" in said
+    assert "1 of 2 vehicle parameters were identified (but not inertia about x); on 1 flight held out, the position" in said
     assert [(one.what, one.value) for one in facts(worse)] == [
         ("position", percent(0.2)), ("velocity", percent(0.6)), ("attitude", percent(1.13)), ("rates", percent(1.63)),
     ]  # fmt: skip
@@ -205,7 +205,7 @@ def test_what_is_worse_than_no_model_is_said_first_and_the_cards_show_the_worse_
         "from commands alone", "from commands and setpoints", "from commands alone", "from commands alone",
     ]  # fmt: skip
     fine = worse._replace(commands=compared([0.2, 0.5, 0.8, 0.9]))
-    assert answer(fine).startswith("1 of 2 vehicle parameters were identified (but not inertia[0]); on 1 flight held out")
+    assert answer(fine).startswith("1 of 2 vehicle parameters were identified (but not inertia about x); on 1 flight held out")
     sagging = answer(fine._replace(thrust=(0.9, 1.1)))
     assert sagging.startswith(
         "The modelled thrust is 0.90 to 1.10 times the thrust needed in these flights, as where a battery"

@@ -86,8 +86,8 @@ def draw_errors(path: Path, errors: ErrorTable, period: float, sheet: Sheet, gro
     columns = 1 if len(groups) % 2 else sheet.side_by_side(2)
     rows = len(groups) // columns
     with drawing(sheet):
-        figure = new_figure(sheet, 8.0, 3.6, 1.45 * rows + 0.35 * (rows == 1))
-        margins(figure, sheet, 0.09, 0.13, 0.98, 0.91, 0.24, 0.2)
+        figure = new_figure(sheet, 8.0, 3.1, 1.45 * rows + 0.35 * (rows == 1))
+        margins(figure, sheet, 0.09, 0.15, 0.98, 0.9, 0.24, 0.22)
         panels = figure.subplots(rows, columns, sharex=True, squeeze=False)
         for group, axes in zip(groups, panels.flat, strict=True):
             means = np.array([errors.means(horizon, group) for horizon in errors.horizons]).T * FACTOR[group]

@@ -105,7 +105,8 @@ def evidence(flights: Sequence[FlightRecord], request: ReplayRequest, result: Re
     """What was found, for its readers. warnings: where the logs contradict their mapping."""
     named = flights[0].name if len(flights) == 1 else counted(len(flights), "flight")
     name, first = f"{request.vehicle}, {named}", result.predictions[0].compared if result.predictions else None
-    sections: list[Section] = [markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape)]
+    told = markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape)
+    sections: list[Section] = [told] if len(flights) > 1 else []
     sections += [markup.heading("Predictions", "predictions"), markup.paragraph(METHOD)] if first else []
     sections += [error_table(one.title, one.compared, result.period) for one in result.predictions]
     if result.flown and request.controller:

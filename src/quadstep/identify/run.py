@@ -17,6 +17,7 @@ from quadstep.identify.vehicle_file import identified_vehicle, in_proportion, wi
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.airframe_tables import ResidualSection
+from quadstep.mission.fields import words
 from quadstep.report import markup
 from quadstep.report.evidence import Evidence, TableSection
 from quadstep.report.units import counted, listed, percent
@@ -64,6 +65,11 @@ class Identification(NamedTuple):
         )
 
 
+def in_words(key: str) -> str:
+    """A parameter as a sentence has it: inertia[0] is the inertia about x."""
+    return words(key.replace("[", ".").removesuffix("]"))
+
+
 def answer(run: Identification) -> str:
     """The result in a sentence: first what is worse than no model, and what the flights leave open."""
     worse = [
@@ -74,7 +80,7 @@ def answer(run: Identification) -> str:
     ]
     count, left = len(run.found.fitted), list(run.found.kept)
     said = f"{count} of {count + len(left)} vehicle parameters were identified"
-    said += f" (but not {listed(left)})" if left else ""
+    said += f" (but not {listed([*map(in_words, left)])})" if left else ""
     if run.thrust and is_wrong(run.thrust):
         said = f"{of_thrust(run.thrust).capitalize()} in these flights, as where a battery sags; {said}"
     if worse:
@@ -168,7 +174,10 @@ def check_alike(flights: Sequence[FlightRecord]) -> None:
 def evidence(run: Identification, flights: Sequence[FlightRecord], start: AirframeSection, mass: str) -> Evidence:
     """What was found. start: the vehicle that it began with; mass: where its mass is from."""
     names, period = ", ".join(run.held_out), flights[0].period
-    kept = [f"{key} keeps the value of the given vehicle: {reason}." for key, reason in run.found.kept.items()]
+    reasons: dict[str, list[str]] = {}
+    for key, reason in run.found.kept.items():
+        reasons.setdefault(reason, []).append(in_words(key))
+    kept = [f"{listed(keys)} as in the given vehicle: {reason}." for reason, keys in reasons.items()]
     said = [answer(run), *kept, f"mass = {start.mass:g} kg: {mass}.", *of_residual(run)]
     tables = [
         error_table(f"Held out of the first fit: {names}, predicted from {knows}", found, period)

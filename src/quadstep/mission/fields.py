@@ -187,12 +187,17 @@ SAID = {
     "wind.turbulence.wind_20": "wind at 20 ft",
     "controller.nets.enabled": "nets",
     "sensors.latency": "sensor latency",
+    "drag.rotor": "rotor drag",
+    "drag.flapping": "blade flapping",
+    "imu.tilt": "IMU tilt",
 }
 """What keys mean in words, where their names do not say it."""
 
 ALONG = {
-    **dict.fromkeys(("mean", "swing", "position", "velocity", "force", "start", "end", "centre"), "along"),
-    "inertia": "about",
+    **dict.fromkeys(
+        ("mean", "swing", "position", "velocity", "force", "start", "end", "centre", "centre_of_gravity"), "along"
+    ),
+    **{"inertia": "about", "tilt": "about", "rotor": "along"},
 }
 """Last names of keys with numbers for x, y and z, and how these are said."""
 

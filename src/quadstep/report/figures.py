@@ -154,7 +154,7 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
     high = [legend_rows(one, across + SPARE + SIDES) for one in names]
     below = max([one for place, one in enumerate(high) if place % rows], default=0)
     more, gap = 0.15 * max(0, max(high[::rows]) - 1), 0.15 * max(0, below - 1)
-    inner = (1.25 if tight or rows == 1 else 1.1 if below else 1.02) * rows - 0.17
+    inner = (1.25 if tight or rows == 1 else 1.1 if below else 0.98) * rows - 0.17
     top = (0.32 if max(high[::rows]) else 0.14) + more
     height = inner + 0.48 + top + gap * (rows - 1)
     apart = 0.25 if not below else 0.37 if not tight else 0.42
@@ -196,9 +196,9 @@ DECADES = 20.0
 def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
     views = track.views
     narrow = bool(views) and sheet.side_by_side(1 + len(views), 2.2) < 1 + len(views)
-    figure = new_figure(sheet, COLUMN, 2.6 if views else 1.7, 3.8 if narrow else 2.6 if views else 1.7)
+    figure = new_figure(sheet, COLUMN, 2.4 if views else 1.7, 3.8 if narrow else 2.6 if views else 1.7)
     *seen_from, errors = track_axes(figure, len(views), narrow)
-    margins(figure, sheet, 0.085, 0.18 if views else 0.27, 0.985, 0.89 if views else 0.96, 0.36)
+    margins(figure, sheet, 0.085, 0.195 if views else 0.27, 0.985, 0.88 if views else 0.96, 0.36)
     seen = track.distance > 0.0
     unit, factor = handy("m", float(track.distance.max()))
     if seen.any() and track.distance.max() > DECADES * np.quantile(track.distance[seen], 0.05):

@@ -17,7 +17,7 @@ from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 if TYPE_CHECKING:
     from quadstep.mission.schema import Mission
 
-IN_SUMMARY = 3
+IN_SUMMARY = 2
 """Figures."""
 
 LIST = re.compile(r"\[[^\[\]{}]*\]")
