@@ -12,10 +12,11 @@ import pytest
 from docs.article import FIGURES, STILLS, WIDTH, stills
 from docs.site.pages import ROOT
 from quadstep import fly
-from quadstep.commands.serve import explain
+from quadstep.commands.serve import explain, link_pair
 from quadstep.control.vectoring import invert_force
 from quadstep.io.errors import UserError
 from quadstep.numbers import Vector
+from quadstep.page.build import fill
 from quadstep.proofs.article import FLIGHTS, SHOWN, article, ball, body, missions, printed_roll, tools
 from quadstep.proofs.certify.certificate import error_radius
 from quadstep.vehicle.paper import thrust_direction
@@ -23,7 +24,7 @@ from tests.browsers import axe, until
 from tests.frontend import FRONTEND
 from tests.golden import FILE as GOLDEN
 from tests.needs import CHROMIUM, NODE, needs
-from tests.pages import run_node
+from tests.pages import STAND_IN, run_node
 
 FLY = """
 const [path, changes] = process.argv.slice(1);
@@ -147,6 +148,11 @@ def test_explain_writes_one_file_and_replaces_no_other(tmp_path, capsys):
     explain(out)
     assert "0.50 MB" in capsys.readouterr().out
     assert [path.name for path in out.parent.iterdir()] == ["a.html"]
+    place, text = out.with_name("page.html"), fill(STAND_IN, "page", {"links": []}, "0")
+    place.write_text(text)
+    assert link_pair(out.with_name("b.html"), text) == text
+    assert '"links":[{"label":"The flights, live","href":"page.html"}]' in link_pair(out.with_name("article.html"), text)
+    assert '"links":[{"label":"The article","href":"article.html"}]' in place.read_text(), "and from there to the article"
     other = tmp_path / "notes.html"
     other.write_text("mine")
     with pytest.raises(UserError, match="exists and is not a page"):

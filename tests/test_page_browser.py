@@ -411,8 +411,7 @@ def test_typed_number_is_held_to_its_bounds_and_nonsense_is_left(open_page, brie
 
 def test_paper_shows_every_plot_and_nothing_to_press(open_page, brief_file):
     page = open_page(file=brief_file, scheme="dark")
-    page.emulate_media(media="print")
-    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    page.emulate_media(media="print")  # which alone has to do
     drawn = page.evaluate("[...document.querySelectorAll('.plot')].map((one) => one.querySelectorAll('svg path').length)")
     assert len(drawn) >= 8 and min(drawn) > 6
     assert (
@@ -423,7 +422,6 @@ def test_paper_shows_every_plot_and_nothing_to_press(open_page, brief_file):
     assert page.locator(".more").count() and not page.locator(".more").first.is_visible()  # what it would open is shown
     assert page.locator(".claim .facts").first.is_visible()
     page.emulate_media(media="screen")
-    page.evaluate("dispatchEvent(new Event('afterprint'))")
     assert page.locator("#transport").is_visible() and page.locator("html").get_attribute("data-theme") == "dark"
 
 

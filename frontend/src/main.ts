@@ -18,6 +18,7 @@ import { byId, fill, h } from "./view/dom";
 import { downloadText, fileName } from "./view/download";
 import { embed } from "./view/embedded";
 import { help } from "./view/help";
+import { links } from "./view/links";
 import { closed } from "./view/notation";
 import { listenToKeys } from "./view/keyboard";
 import { tabs } from "./view/tabs";
@@ -46,7 +47,7 @@ function start(): void {
   fill(byId("intro"), page.intro);
   byId("intro").hidden = !page.intro;
   fill(byId("colophon"), page.version ? `Made with quadstep ${page.version}.` : null);
-  fill(byId("links"), ...page.links.filter(({ href }) => relative(href)).map(({ label, href }) => h("a", { href }, label)));
+  links(byId("links"), page.links);
 
   let scene: ScenePanel | undefined;
   let rates: RatePanel | undefined;
@@ -210,11 +211,6 @@ async function share(session: Session, clock: Clock): Promise<void> {
     address(fragment.write(shown.settings, shown.data, clock.time.value));
     notice("The address bar now holds the link to this flight, with its settings and time.");
   }
-}
-
-/** Links lead to files beside the page only. */
-function relative(href: string): boolean {
-  return !/^([a-z][a-z0-9+.-]*:|\/\/|\\)/i.test(href.trim());
 }
 
 try {

@@ -4,6 +4,7 @@ import type { LawCode, Ticks } from "../data/contract";
 import { doubles } from "../data/packed";
 
 interface Data {
+  readonly links?: readonly { readonly label: string; readonly href: string }[];
   readonly names: readonly string[];
   readonly starts: readonly string[];
   readonly columns: readonly (readonly [name: string, unit: string])[];

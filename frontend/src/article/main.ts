@@ -1,7 +1,9 @@
 // The article: its figures made live.
 
 import { embed } from "../view/embedded";
+import { links } from "../view/links";
 import { startTheme, toggleTheme } from "../view/theme";
+import { data } from "./data";
 import { inversion } from "./figures/inversion";
 import { lyapunov } from "./figures/lyapunov";
 import { nested } from "./figures/nested";
@@ -18,6 +20,7 @@ if (window.top !== window && alone) {
 startTheme();
 embed(alone ?? document.body);
 document.getElementById("theme")?.addEventListener("click", toggleTheme);
+links(document.getElementById("links")!, data.links ?? []);
 startLighting();
 nested();
 sliding();

@@ -30,6 +30,8 @@ export function startTheme(): void {
   system.addEventListener("change", () => apply());
   window.addEventListener("beforeprint", () => apply(true));
   window.addEventListener("afterprint", () => apply());
+  const paper = window.matchMedia("print"); // where it is only looked at, nothing says that it is printed
+  paper.addEventListener("change", () => window.dispatchEvent(new Event(paper.matches ? "beforeprint" : "afterprint")));
 }
 
 /** To the other of dark and light. */

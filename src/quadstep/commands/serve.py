@@ -10,7 +10,7 @@ from quadstep.commands.options import EngineOption, OpenOption, check_range
 from quadstep.engines.engine import Engine
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError, unknown_name
-from quadstep.io.files import PAGE, check_place, read_bytes, write_beside
+from quadstep.io.files import PAGE, check_place, read_bytes, read_text, write_beside
 from quadstep.io.user_code import refuse
 from quadstep.mission.read import CAMPAIGN, look
 from quadstep.report.bars import bar
@@ -42,7 +42,7 @@ def page(
     named = files[0].stem if len(files) == 1 else "page" if story is None else story.stem
     target = out or Path("out") / f"{named}.html"
     check_target(target)
-    text = page_of(files, engine, story)
+    text = link_pair(target, page_of(files, engine, story))
     write_beside(target, text, parents=True)
     say_whole(f"Page: {target} ({len(text.encode()) / 1e6:.2f} MB). Double-click it to open it.")
     if show:
@@ -76,6 +76,23 @@ def check_target(path: Path) -> None:
         raise UserError(f"{path}: exists and is not a page of quadstep; choose another --out")
 
 
+PAIR = {"page.html": "The flights, live", "article.html": "The article"}
+"""The page and the article, and what each is called where the other links to it."""
+
+
+def link_pair(target: Path, text: str) -> str:
+    """The page or the article, linked with the other one, both ways, where that is beside it under its usual name."""
+    from quadstep.page.build import with_link
+    from quadstep.page.model import Link
+
+    for name in PAIR.keys() - {target.name} if target.name in PAIR else ():
+        other = target.with_name(name)
+        if other.is_file() and OWN_MARK in (old := read_text(other, PAGE)):
+            text = with_link(text, Link(PAIR[name], name))
+            write_beside(other, with_link(old, Link(PAIR[target.name], target.name)))
+    return text
+
+
 def open_in_browser(address: str) -> None:
     """Open an address; where no browser can be found, say so."""
     if not webbrowser.open(address):
@@ -92,7 +109,7 @@ def explain(
     from quadstep.proofs.article import article
 
     check_target(out)
-    text = article()
+    text = link_pair(out, article())
     write_beside(out, text, parents=True)
     say_whole(f"Article: {out} ({len(text.encode()) / 1e6:.2f} MB). Double-click it to open it.")
     if show:

@@ -86,17 +86,33 @@ def fill(text: str, title: str, data: dict[str, object], script: str) -> str:
     """The template with title, data and laws in their places."""
     if "</" in script or "<!--" in script:
         raise ValueError("the laws would end their own script element")
-    content = json.dumps(data, allow_nan=False, ensure_ascii=True, separators=(",", ":"))
-    content = content.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
     places = {
         TITLE: f"<title>{html.escape(title)}</title>",
-        DATA: DATA.replace("{}", content),
+        DATA: DATA.replace("{}", as_json(data)),
         LAWS: LAWS.replace(">0<", f">{script}<"),
     }
     for mark in places:
         if text.count(mark) != 1:
             raise ValueError(f"the page's template must hold {mark} once, and has it {text.count(mark)} times")
     return re.sub("|".join(map(re.escape, places)), lambda found: places[found.group()], text)
+
+
+def as_json(data: dict[str, object]) -> str:
+    """What a page is told, as it stands in its HTML."""
+    content = json.dumps(data, allow_nan=False, ensure_ascii=True, separators=(",", ":"))
+    return content.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def with_link(text: str, link: Link) -> str:
+    """A page, or the article, with a link to a file beside it; one that leads there already is replaced."""
+    start, end = (re.escape(part) for part in DATA.split("{}"))
+
+    def renew(found: re.Match[str]) -> str:
+        data = json.loads(found[0])
+        data["links"] = [*(one for one in data.get("links", []) if one.get("href") != link.href), link._asdict()]
+        return as_json(data)
+
+    return re.sub(f"(?<={start}).*?(?={end})", renew, text, count=1)
 
 
 GROUP, WALK = "Missions", "From the guided walk"

@@ -39,22 +39,21 @@ def control(
     """A slider over `span`, widened to hold the file's values. Its group is given by `grouped`."""
     values = [component.value for component in components]
     least, most = min(span[0], *values), max(span[1], *values)
-    if least >= 0.0:
-        least, most = two_digits(least, math.floor), two_digits(most, math.ceil)
+    least, most = two_digits(least, math.floor), two_digits(most, math.ceil)
     least, most = max(least, bounds[0]), min(most, bounds[1])
     step = 10.0 ** math.floor(math.log10(max(most - least, LEAST) / 100.0))
     return Control(name, label, unit, "", hint, "number", scale, least, most, *bounds, step, tuple(components))
 
 
 def two_digits(value: float, towards: Callable[[float], int]) -> float:
-    """A number, not negative, rounded to two digits towards one side.
+    """A number, rounded to two digits towards one side.
 
-    >>> two_digits(1.461, math.floor), two_digits(146.1, math.ceil), two_digits(0.3, math.floor)
-    (1.4, 150.0, 0.3)
+    >>> two_digits(1.461, math.floor), two_digits(146.1, math.ceil), two_digits(-1.234, math.floor)
+    (1.4, 150.0, -1.3)
     """
     if value == 0.0:
         return value
-    place = math.floor(math.log10(value)) - 1
+    place = math.floor(math.log10(abs(value))) - 1
     return float(f"{towards(round(value / 10.0**place, 9))}e{place}")
 
 
