@@ -2,10 +2,12 @@
 
 import itertools
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import quadstep
 from quadstep.report.colours import CURVES, IN_THE_DARK, ON_PAPER, themed
 from quadstep.report.markup import style
 from tests.frontend import FRONTEND
@@ -46,6 +48,14 @@ def test_a_figure_in_a_report_takes_the_colours_of_the_page():
     drawn = '<path style="stroke: {}"/><rect fill="{}"/><path style="fill: #440154"/><text>#e0e0e0</text>'
     grey = "color-mix(in srgb, var(--ink) 12%, var(--raised))"
     assert themed(drawn.format(CURVES[0], "#e0e0e0")) == drawn.format("var(--blue)", grey)
+
+
+def test_no_caption_names_a_colour_that_differs_in_the_dark():
+    """Maps that are pictures keep their colours, and their captions may name them."""
+    colour = re.compile(r'(?<=[\s({f])"[^"\n]*\b(?:(?:black|white|grey|red)[,;:.)]|darker)[^"\n]*"', re.IGNORECASE)
+    package = Path(quadstep.__file__).parent
+    for path in {*package.glob("studies/**/*.py"), *package.glob("proofs/**/*.py")} - {package / "studies" / "envelope.py"}:
+        assert not [said for said in colour.findall(path.read_text(encoding="utf-8")) if " " in said], path
 
 
 def test_no_colour_is_defined_twice():

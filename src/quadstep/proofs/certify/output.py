@@ -271,7 +271,7 @@ def seen(c: FlightCertificate) -> str:
             f"{until}|r| never left the ball, within which Theorem 5.1 promises nothing: largest {most:.3g}, b_r {c.b_r:.3g}."
         )
     else:
-        ball = f"{behaviour_after_entry(c).replace('<=', 'at most')}; b_r is {c.b_r:.3g} (red), above which L should fall."
+        ball = f"{behaviour_after_entry(c).replace('<=', 'at most')}; b_r is {c.b_r:.3g}, above which L should fall."
     went = f"L goes from {value[0]:.3g} J to {value[-1]:.3g} J; its largest value is {value.max():.3g} J."
     if not len(ratio):
         return f"{ball} {went}"

@@ -38,8 +38,7 @@ GLANCE: Mapping[str, Callable[[CampaignSummary], str]] = {
     "outcomes": text.most_often,
     "distributions": text.medians,
     "ranking": lambda _: (
-        "How much of the variance [%] each key explains on its own: grey, of the position RMSE; white, of failure. Red: its "
-        "95 % interval."
+        "How much of the variance [%] each key explains on its own; the line at a bar's end: its 95 % interval."
     ),
 }
 """Figures of the summary, if they are drawn, and what to see in them."""

@@ -130,7 +130,7 @@ def medians(summary: CampaignSummary) -> str:
     ]
     return (
         f"Half of the completed flights have {units.listed(half)}. Above: how many flights have which error; below: the share "
-        "of all flights, lost ones included, whose error is larger. Red: the limit, if there is one."
+        "of all flights, lost ones included, whose error is larger. Dashed: the limit, if there is one."
     )
 
 
@@ -139,7 +139,7 @@ def over_key(key: str, shown: ByKey) -> str:
     shares = list(dict.fromkeys(units.percent(edge(one.value for one in shown.good.values())) for edge in (min, max)))
     return (
         f"Over {key}, {' to '.join(shares)} of a group's flights succeed (left, lines: 95 % intervals). Right: the position "
-        "RMSE of those that complete, its median (black) and its middle 80 % (grey)."
+        "RMSE of those that complete, its median (line) and its middle 80 % (band)."
     )
 
 

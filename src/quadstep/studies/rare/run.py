@@ -35,8 +35,8 @@ LEVELS = f"{FIGURES}/levels"
 REPLICATES = ("", "method", "probability", "by kind of failure", "flights")
 
 SHOWN = (
-    "The probability of exceeding each score, level by level; a dotted line leads to the probability of failure (×). Black "
-    "and red: the replicates; blue: other methods and scores."
+    "The probability of exceeding each score, level by level; a dotted line leads to the probability of failure (×). "
+    "Solid: the replicates; dashed: other methods and scores."
 )
 
 READING = (
