@@ -99,7 +99,7 @@ SAID = {
     "replay": "what, samples ahead",
     "vehicle fit": "Wrote sheet",
     "completion": "complete -o default -F _quadstep_completion quadstep",
-    "identify": "imu.tilt[0]",
+    "identify": "IMU tilt about x",
     "advise": "margins of roll",
 }
 SHORTENED = {
