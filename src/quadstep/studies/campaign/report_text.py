@@ -213,10 +213,13 @@ def ranking(
         clear = {key: one for key, one in shares.items() if one.low > 0.0}
         if clear:
             key = max(clear, key=lambda key: clear[key].value)
-            line = f"Of {name}, {words(key)} explains most: {percent(clear[key])} % of the variance."
+            most = "the largest share: " if len(shares) > 1 else ""
+            line = f"Of {name}, {words(key)} explains {most}{percent(clear[key])} % of the variance."
         else:
             line = f"No single key explains a share of {name} that differs significantly from zero."
-        if clear and not campaign.file.correlated:
+        if clear and len(shares) == 1:
+            line += " Whatever else is random in a flight, such as turbulence or noise, explains the rest."
+        elif clear and not campaign.file.correlated:
             together = min(1.0, sum(one.value for one in shares.values()))
             line += f" Taken one by one, the keys explain {100.0 * together:.3g} % together;"
             line += " the rest is due to interactions and noise."
