@@ -219,19 +219,23 @@ def by_key(bins: Bins, success: NDArray[np.bool_], rmse: Numbers) -> ByKey:
 def draw_key(path: Path, key: str, bins: Bins, shown: ByKey, sheet: Sheet = SCREEN) -> None:
     """Success rate and position RMSE over one key."""
     with drawing(sheet):
-        crowded = len(bins.labels) > 5 or any(len(label) > 10 for label in bins.labels)
-        height = 4.2 if crowded else 2.9
-        columns = sheet.side_by_side(2, 3.0)
+        crowded, columns = len(bins.labels) > 5, sheet.side_by_side(2, 3.0)
+        room = 0.75 * sheet.inches(COLUMN) / columns / max(1, bins.size)
+        labels = bins.labels if crowded else [wrapped(one, room, rcParams["font.size"]) for one in bins.labels]
+        below = 0.55 + (
+            0.05 * max(map(len, labels)) if crowded else 0.16 * max((one.count("\n") for one in labels), default=0)
+        )
+        height = 2.0 + below
         figure = new_figure(sheet, COLUMN, height, 0.8 * height * 2 / columns)
         axes = figure.subplots(2 // columns, columns, squeeze=False).ravel()
-        margins(figure, sheet, 0.075, (1.8 if crowded else 0.55) / height, 0.985, 1.0 - 0.3 / height, 0.2)
+        margins(figure, sheet, 0.075, below / height, 0.985, 1.0 - 0.3 / height, 0.2)
         success, errors = axes
         draw_success(success, bins, shown.good)
         draw_errors(errors, bins, shown.errors)
         for one in axes:
             one.set_xlabel(key)
             if bins.edges is None:
-                one.set_xticks(range(bins.size), bins.labels)
+                one.set_xticks(range(bins.size), labels)
                 one.tick_params(axis="x", rotation=35 if crowded else 0)
                 for label in one.get_xticklabels() if crowded else ():
                     label.set_horizontalalignment("right")

@@ -25,6 +25,9 @@ from quadstep.studies.campaign.varied import text_of, variation_text
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
 """Names of the explained quantities."""
 
+DIGITS = 4
+"""Of what is told of one flight."""
+
 SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 
 
@@ -266,7 +269,7 @@ def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path
         *([ended] if any(one.time is not None for one in flights) else []),
         ["RMSE", *(length(one.rmse) for one in flights)],
         ["largest error", *(length(one.largest) for one in flights)],
-        *([name, *(text_of(drawn[name]) if name in drawn else "–" for drawn in values)] for name in names),
+        *([name, *(text_of(drawn[name], DIGITS) if name in drawn else "–" for drawn in values)] for name in names),
     ]
     first = "Flights that failed come first: those that ended first, then those farthest from the path."
     return [
@@ -282,7 +285,7 @@ def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path
 
 def length(value: float | None) -> str:
     """A length [m] in a suitable unit, or a dash."""
-    return "–" if value is None else units.quantity(value, "m", 4)
+    return "–" if value is None else units.quantity(value, "m", DIGITS)
 
 
 def outcome_of(one: WorstFlight) -> str:

@@ -10,7 +10,8 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from quadstep.mission.distributions import Choice, CorrelatedKeys, Distribution, Grid, LogNormal, Normal, Sobol, Uniform
-from quadstep.mission.fields import dotted
+from quadstep.mission.fields import dotted, words
+from quadstep.report import units
 from quadstep.studies.campaign.schema import CampaignFile
 from quadstep.studies.campaign.sensitivity import FlightParts, parts_of
 
@@ -96,16 +97,17 @@ def leaves(value: object) -> dict[str, object]:
     return dotted(value, lambda _: False) if isinstance(value, dict) else {"": value}
 
 
-def text_of(value: object) -> str:
-    """A value for an axis or a table of the page."""
+def text_of(value: object, digits: int = 6) -> str:
+    """A value for an axis or a table of the page: numbers to so many digits, a table's keys in words."""
     if isinstance(value, bool):
         text = str(value).lower()
     elif isinstance(value, int | float):
-        text = f"{value:.6g}"
+        text = units.numerals(f"{value:.{digits}g}")
     elif isinstance(value, dict):
-        text = ", ".join(f"{name} = {text_of(one)}" for name, one in leaves(value).items())
+        parts = {name: text_of(one, digits) for name, one in leaves(value).items()}
+        text = ", ".join(one if name == "type" else f"{words(name)} {one}" for name, one in parts.items())
     else:
-        text = value if isinstance(value, str) else f"[{', '.join(map(text_of, cast(list[object], value)))}]"
+        text = value if isinstance(value, str) else f"[{', '.join(text_of(one, digits) for one in cast(list[object], value))}]"
     return text if len(text) <= WIDTH else f"{text[: WIDTH - 1]}…"
 
 

@@ -12,7 +12,8 @@ from quadstep.io.run_record import FIGURES
 from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import Case
-from quadstep.mission.fields import words
+from quadstep.mission.fields import label, words
+from quadstep.mission.schema import Mission
 from quadstep.report import markup, units
 from quadstep.report.axes import Powers
 from quadstep.report.canvas import drawing, margins, new_figure, write
@@ -94,7 +95,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         figures=[Figure(LEVELS, SHOWN)],
         sections=[
             TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)]),
-            nearest(summary),
+            nearest(summary, campaign.mission),
             TableSection("Settings", "flown", ("", ""), flown),
             TableSection(
                 header=("what varies", "key", "how"),
@@ -112,8 +113,8 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
 
 
 def replicate_row(one: FinishedPiece) -> tuple[str, ...]:
-    events = "; ".join(f"{event.failure}: {event.probability:.3g}, by {scored(event)}" for event in one.events)
-    return one.kind, one.method.value, f"{one.probability:.3g}", events, f"{one.flights:,}"
+    events = "; ".join(f"{event.failure}: {units.number(event.probability)}, by {scored(event)}" for event in one.events)
+    return one.kind, one.method.value, units.number(one.probability), events, f"{one.flights:,}"
 
 
 def scored(event: DoneEvent) -> str:
@@ -125,14 +126,14 @@ FEW = 3
 """From so many on, metrics are counted."""
 
 
-def nearest(summary: RareSummary) -> TableSection:
+def nearest(summary: RareSummary, mission: Mission) -> TableSection:
     """The values of the keys in the failure nearest to the median, the farthest out first."""
     title, found = "The most likely failure found", summary.nearest
     if found is None:
         return TableSection(title, "nearest", text="No failure was found.")
     away, where = found.deviations_by_key, f"{found.deviations:.2f} standard deviations from the median"
     ordered = sorted(found.values.items(), key=lambda item: -abs(away[item[0]]))
-    rows = [(name, text_of(value), f"{round(away[name], 2) + 0.0:+.2f}") for name, value in ordered]
+    rows = [(label(mission, name), text_of(value, 4), f"{round(away[name], 2) + 0.0:+.2f}") for name, value in ordered]
     header, text = ("key", "value", "deviations from the median"), f"{where} of the distributions."
     return TableSection(title, "nearest", header, rows, text, shown=f"{title}, {where}")
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from quadstep.metrics.registry import AT_REST
 from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, student_quantile
+from quadstep.report import units
 from quadstep.report.units import counted
 from quadstep.studies.campaign.schema import Method
 from quadstep.studies.rare.mixture import Floats
@@ -41,8 +42,8 @@ class Crude(NamedTuple):
     def sentence(self) -> str:
         each = f", each flight tested for one of {self.kinds} kinds of failure" if self.kinds > 1 else ""
         return (
-            f"{self.failures:,} of {self.flights:,} failed{each}: a probability of {self.rate.value:.3g}, "
-            f"{self.rate.low:.3g} to {self.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence"
+            f"{self.failures:,} of {self.flights:,} failed{each}: a probability of {units.number(self.rate.value)}, "
+            f"between {units.number(self.rate.low)} and {units.number(self.rate.high)} with {100 * (1 - DOUBT):g} % confidence"
         )
 
 
@@ -170,7 +171,7 @@ def rounded(flights: float) -> str:
 
 def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[str]:
     """What was found, the answer first. meaning: as `Campaign` has it."""
-    value, low, high = (f"{part:.3g}" for part in summary.probability)
+    value, low, high = (units.number(part) for part in summary.probability)
     count = len(summary.replicates)
     doubt = ", if no kind of failure was missed"
     if summary.warnings:
