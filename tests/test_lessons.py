@@ -23,6 +23,7 @@ CIRCLE = {"type": "circle", "radius": 2.0, "period": 5.0, "ramp": 2.2}
 SIDEWAYS = {"type": "minimum-jerk", "start": [0.0, 0.0, 2.0], "end": [0.0, 2.0, 2.0], "duration": 3.8}
 SLOWER = {"type": "backstepping", "nets": {"F1": 2.0}}
 INTEGRAL = {"type": "backstepping", "nets": {"enabled": False}, "K_i1": 2.0}
+FAR = {"start.position": [-20.0, 0.0, 0.0], "simulation.duration": 20.0}
 ROTOR = [{"type": "rotor", "time": 3.0, "rotor": 1, "efficiency": 0.7}]
 
 SOLUTIONS = {
@@ -46,7 +47,7 @@ SOLUTIONS = {
     "8.5": {"disturbance.scale": 3.0, "controller": INTEGRAL},
     "8.6": {"disturbance.scale": 0.0, "controller.Lambda2": 0.6, "controller.K_r2": 6.1},
     "9.4": {"controller.pace": 1.25},
-    "9.5": {"controller": {"type": "own_controller.py:CascadedPD"}},
+    "9.5": {"controller": {"type": "catching_up.py:CatchingUp"}, **FAR},
     "10.4": {"controller": {"type": "indi"}, "events": ROTOR},
     "10.5": {"controller.K_r1": 4.5, "controller.nets.F1": 2.5, "wind.mean": [10.0, 0.0, 0.0]},
 }
@@ -61,11 +62,13 @@ def mission_of(name, folder, changes):
 
 
 def write_laws(folder):
-    """The laws of the solutions: an example, and the model answer that lesson 3 shows."""
+    """The laws of the solutions: an example, and the model answers that lessons 3 and 9 show."""
     (folder / "own_controller.py").write_text(Path("examples/own_controller.py").read_text())
-    (law,) = (one for one in listings(LESSONS["03"].with_suffix(".md").read_text()) if "file" in one.marks)
-    (folder / law.marks["file"]).write_text(law.text)
-    (folder / "wrong_sign.py").write_text(law.text.replace("+ gains.k_r * r1", "- gains.k_r * r1"))
+    for lesson in ("03", "09"):
+        (law,) = (one for one in listings(LESSONS[lesson].with_suffix(".md").read_text()) if "file" in one.marks)
+        (folder / law.marks["file"]).write_text(law.text)
+    mine = (folder / "my_backstepping.py").read_text()
+    (folder / "wrong_sign.py").write_text(mine.replace("+ gains.k_r * r1", "- gains.k_r * r1"))
 
 
 def untypeset(text):
@@ -103,6 +106,7 @@ WRONG_REASON = {
     "7.4": {**SILENT, "controller.K_i1": 20.0},
     "7.5": SILENT,
     "8.4": SILENT,
+    "9.5": {"controller": {"type": "own_controller.py:CascadedPD"}},
     "10.4": {"controller": {"type": "rotation-backstepping", "nets": {"F1": 1.5}}},
 }
 """Laws that hardly follow the path, so that they hardly lean, nets that learn nothing, gains where it takes another law."""
@@ -110,6 +114,7 @@ WRONG_REASON = {
 
 @pytest.mark.parametrize("name", WRONG_REASON)
 def test_an_exercise_is_not_solved_for_the_wrong_reason(name, tmp_path):
+    write_laws(tmp_path)
     (one,) = tasks(name)
     (found,) = check_tasks([one], read_mission(mission_of(name, tmp_path, {**SOLUTIONS[name], **WRONG_REASON[name]})))
     assert not found.solved
@@ -121,6 +126,10 @@ MISTAKES = {
         "RMSE along x should be at most 133 mm, but is 138 mm",
     ),
     "3.6": ({"controller": {"type": "wrong_sign.py:MyBackstepping"}}, "the flight should be completed, but was lost at 1.9 s"),
+    "9.5": (
+        {"controller": {"type": "own_controller.py:CascadedPD", "k_p": 0.1, "k_v": 0.6}},
+        "final error along x should be at most 10 mm, but is 126 mm",
+    ),
     "4.4": ({"path.duration": 4.2}, "lean should be at most 45°, but is 45.8°"),
     "4.5": ({"path.duration": 6.1}, "largest thrust should be at most 11.77 N, but is 11.79 N"),
     "5.4": ({"controller.K_r2": 60.0, "controller.Lambda2": 4.0}, "phase margin should be at least 60°, but is 56.0°"),
@@ -234,12 +243,14 @@ def test_a_missing_fault_is_one_line(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "said"), [
-    ("9.1", "exercise 9.1 is not graded; of lesson 9: 9.4, 9.5"),
-    ("0", "unknown lesson or exercise '0'; allowed: 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 1.4, 1.5, "),
+    ("9.1", "lesson 9 has no graded exercise 9.1, only 9.4 and 9.5"),
+    ("8.9", "lesson 8 has no graded exercise 8.9, only 8.4, 8.5 and 8.6"),
+    ("11", "unknown lesson or exercise '11'; allowed: 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 1.4, 1.5, "),
 ])  # fmt: skip
 def test_an_exercise_that_grades_nothing_is_said_to_be_none(name, said):
-    with pytest.raises(UserError, match=f"^{re.escape(said)}"):
+    with pytest.raises(UserError, match=f"^{re.escape(said)}") as refused:
         tasks(name)
+    assert "did you mean" not in str(refused.value)
 
 
 def test_of_a_lesson_those_exercises_are_checked_that_the_mission_is_for(tmp_path):
@@ -252,8 +263,15 @@ def test_of_a_lesson_those_exercises_are_checked_that_the_mission_is_for(tmp_pat
 def test_what_of_a_lesson_is_not_checked_is_named(tmp_path):
     junit = tmp_path / "verdict.xml"
     run = quadstep("check", "6", mission_of("6.4", tmp_path, SOLUTIONS["6.4"]), "--junit", junit)
-    assert run.out.startswith("Not checked, since they are about other missions: 6.5.\n6.4 solved")
+    assert run.out.startswith("Skipped (they ask for a different mission): 6.5.\n6.4 solved")
     assert 'name="quadstep check: 6 (not checked: 6.5)"' in junit.read_text(encoding="utf-8")
+
+
+def test_a_mission_of_another_lesson_is_said_to_be_one():
+    run = quadstep("check", "5", LESSONS["07"])
+    assert run.code == 4
+    assert run.out.startswith("This is not a mission of lesson 5: it fits none of its exercises.")
+    assert "NOT MET" not in run.out + run.err
 
 
 def test_a_flight_that_is_lost_solves_nothing(tmp_path):

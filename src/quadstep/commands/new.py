@@ -50,12 +50,17 @@ def check(
 
     found = check_tasks(tasks(lesson, course or OWN), read_mission(mission))
     others = [one for one in found if one.strange]
-    chosen = found if len(others) == len(found) else [one for one in found if not one.strange]
+    none = len(others) == len(found)
+    chosen = found if none else [one for one in found if not one.strange]
     left = ", ".join(one.task.name for one in others) if len(chosen) < len(found) else ""
     if not delivery.as_json:
         if left:
-            say(f"Not checked, since they are about other missions: {left}.")
-        for one in chosen:
+            say(f"Skipped (they ask for a different mission): {left}.")
+        unlike = none and len(found) > 1
+        if unlike:
+            say(f"This is not a mission of lesson {lesson}: it fits none of its exercises.")
+            say_whole(f"To see what differs from one: {command('check', found[0].task.name, mission)}")
+        for one in () if unlike else chosen:
             say(f"{one.task.name} {'solved' if one.solved else 'not solved'}: {one.task.asks}")
             for case in one.cases:
                 say(f"  {case.sentence}")

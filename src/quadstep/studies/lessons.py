@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field
 
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.documents import read_toml
-from quadstep.io.errors import UserError, unknown_name
+from quadstep.io.errors import UserError, listed, shorten
 from quadstep.linear.grade import Grade, grade, margin_metrics
 from quadstep.metrics.registry import MARGINS, SOUND
 from quadstep.metrics.requirements import Requirement, with_full_names
@@ -87,9 +87,10 @@ def tasks(lesson: str, source: Path = OWN) -> list[LessonTask]:
         of, _, exercise = lesson.partition(".")
         graded = ", ".join(one.name for one in found if exercise.isdecimal() and one.name.startswith(f"{of}."))
         if graded:
-            raise UserError(f"exercise {lesson:.20} is not graded; of lesson {of}: {graded}")
+            raise UserError(f"lesson {of} has no graded exercise {lesson:.20}, only {' and '.join(graded.rsplit(', ', 1))}")
         whole = [one.name.partition(".")[0] for one in found]
-        raise UserError(unknown_name("lesson or exercise", lesson, dict.fromkeys((*whole, *(one.name for one in found)))))
+        known = listed(dict.fromkeys((*whole, *(one.name for one in found))))
+        raise UserError(f"unknown lesson or exercise {shorten(lesson)}; allowed: {known}")
     return chosen
 
 
