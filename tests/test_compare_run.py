@@ -355,6 +355,8 @@ def test_missions_that_differ_in_anything_fly_the_same_noise(tmp_path):
     table = pq.read_table(tmp_path / "out" / "flights").to_pylist()
     assert len(table) == 30
     assert "the missions: " in result.out
+    said = " and controller type (pid against geometric against pid)."
+    assert re.search(rf"They differ in .*mass .*{re.escape(said)}", result.out)
     assert result.out.splitlines()[-1] == f"Report: {tmp_path / 'out' / 'report.html'}"
     assert "Gusts and noise differ" not in result.out
 
@@ -485,7 +487,8 @@ def test_flights_that_do_not_differ_are_said_to_decide_nothing(tmp_path):
     out = tmp_path / "out"
     result = quadstep("compare", *files, "--seeds", 6, "--out", out)
     assert (result.code, result.err) == (0, "")
-    assert "2 missions, 6 flights each.\n" in result.out
+    assert "2 missions, 6 flights each, all alike. They differ in controller type" in result.out
+    assert "(pid against geometric)." in " ".join(result.out.split())
     assert "cm; its 6 flights do not differ, so nothing is statistical.\n" in result.out
     assert "decided" not in result.out
     (pair,) = rows(out, "pairs.csv")
@@ -493,7 +496,8 @@ def test_flights_that_do_not_differ_are_said_to_decide_nothing(tmp_path):
     report = (out / "report.html").read_text(encoding="utf-8")
     said = r'<p class="answer">(pid|geometric) has the smallest median position RMSE, [^<]*</p><p>Its 6 flights do not differ'
     assert re.search(said, report)
-    assert "<small>2 missions</small>" in report and "All missions fly the same flights" in report
+    assert "<small>2 missions</small>" in report and "All missions fly the same path, with the same random" in report
+    assert "Wilcoxon" not in report and "best mean rank" not in report and "Friedman" not in report
     assert "everything else is the same" not in report  # missions differ in whatever they like
     assert "pairs decided" not in report
 

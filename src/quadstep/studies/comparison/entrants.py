@@ -200,7 +200,8 @@ class Comparison(NamedTuple):
     """All of a study. metrics: names with units by names without, the first of which ranks. ranked: by situation. margins: by
     their name, vehicle and controller. costs, linear (the loop at rest): by vehicle and controller. problems: what could not
     take part, or went wrong. notes: of whoever wrote the study, on its limits. left_out: who could not take part and
-    need not, a sentence each. tuned_in: situations that gains were tuned in, which do not count in mean ranks.
+    need not, a sentence each. tuned_in: situations that gains were tuned in, which do not count in mean ranks. unlike: in what
+    missions differ, a sentence.
     """
 
     name: str
@@ -220,6 +221,7 @@ class Comparison(NamedTuple):
     linear: Mapping[tuple[str, str], Linear] = {}
     notes: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    unlike: str = ""
 
     @property
     def metric(self) -> str:
@@ -242,6 +244,11 @@ class Comparison(NamedTuple):
     def limitations(self) -> tuple[str, ...]:
         """Of the study, and of this run of it."""
         return (*self.notes, *self.left_out)
+
+    @property
+    def copies(self) -> bool:
+        """Whether no flight differs from others of its cell anywhere, so that there is nothing to test."""
+        return bool(self.ranked) and all(one.copies for one in self.ranked.values())
 
     @property
     def pairs(self) -> int:

@@ -1,6 +1,7 @@
 """`quadstep compare` of missions side by side."""
 
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
 from quadstep.io.documents import read_toml
@@ -8,11 +9,14 @@ from quadstep.io.errors import UserError
 from quadstep.io.parts import code_digest, digest_of, parts_in
 from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.check import check
+from quadstep.mission.fields import label
 from quadstep.mission.presets import is_airframe
 from quadstep.mission.read import MISSION, check_mission, refuse_others
 from quadstep.mission.schema import Mission
 from quadstep.report.publish import publishing
+from quadstep.report.units import listed
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of, digests
+from quadstep.studies.campaign.varied import leaves, text_of
 from quadstep.studies.comparison.cells import Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison, Entrant, Problem
 from quadstep.studies.comparison.run import ComparisonRun, FinishedComparison, How, concluded, fly, reported
@@ -60,6 +64,7 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
             source=", ".join(map(str, paths)),
             seeds=seeds,
             seed=1,
+            unlike=unlike(found_cells),
             metrics=reported("missions", MISSION_METRICS, found_cells),
             entrants=tuple(
                 Entrant("", one.controller, one.campaign.defaults["controller"], f"as in {places[one.controller]}", one.law)
@@ -73,6 +78,38 @@ def path_of(cell: StudyCell) -> tuple[object, ...]:
     """A mission's path, with the content of the files that it names: relative names in two folders may be two paths."""
     path = cell.campaign.defaults.get("path")
     return path, *digests([path], cell.campaign.folder).values()
+
+
+NO_CONDITIONS = "name", "seed", "metrics", "tune", "margins"
+"""Keys of a mission that change no flight of a comparison."""
+
+NAMED = 3
+"""Keys of a section that a sentence names; more are counted."""
+
+
+def unlike(cells: Sequence[StudyCell]) -> str:
+    """In what missions differ, with their values in the missions' order: a sentence."""
+    sides = [one.campaign.defaults for one in cells]
+    found: list[str] = []
+    for section in dict.fromkeys(name for side in sides for name in side if name not in NO_CONDITIONS):
+        tables = [values_in(section, side.get(section)) for side in sides]
+        keys = [key for key in dict.fromkeys(chain(*tables)) if any(one.get(key) != tables[0].get(key) for one in tables)]
+        kinds = [key for key in keys if key in (f"{section}.type", f"{section}.preset")]
+        named = kinds or keys
+        for key in named if len(named) <= NAMED else ():
+            values = (text_of(one[key]) if one.get(key) is not None else "unset" for one in tables)
+            found.append(f"{label(cells[0].mission, key)} ({' against '.join(values)})")
+        found += [f"{len(named)} keys of {section}"] if len(named) > NAMED else []
+    return f"They differ in {listed(found)}." if found else "They differ in no setting." if len(cells) > 1 else ""
+
+
+def values_in(section: str, value: object) -> dict[str, object]:
+    """Those of a section of a mission by dotted key, lists number by number."""
+    found: dict[str, object] = {}
+    for key, one in leaves(value).items():
+        name = f"{section}.{key}" if key else section
+        found.update({f"{name}.{i}": part for i, part in enumerate(one)} if isinstance(one, list | tuple) else {name: one})
+    return found
 
 
 def counted(mission: Mission) -> tuple[float, float]:

@@ -103,7 +103,7 @@ def evidence(
     shown = list(figures.values())[:IN_SUMMARY]
     sections: list[Section] = [
         markup.listing(others),
-        markup.paragraph(f"{words.METHOD.format(results.kind)} {words.searches(results)} {words.tests(results)}"),
+        markup.paragraph(words.method(results) if results.copies else f"{words.method(results)} {words.tests(results)}"),
         *([markup.heading("Limitations", "limits"), markup.listing(results.limitations)] if results.limitations else []),
         markup.links(links, "See the best two fly the same gust:")
         if links
@@ -122,7 +122,7 @@ def evidence(
     if results.margins:
         rows, title = tables.margin_rows(results), "Margins, 95 % intervals"
         sections.append(TableSection("Margins", "margins", results.headed(tables.MARGIN_HEADER), rows, RAISED, shown=title))
-    if len(results.controllers) > 1:
+    if len(results.controllers) > 1 and not results.copies:
         ranks = [(name, f"{rank:.2f}") for name, rank in results.overall().items()]
         header = (results.kind, f"mean rank over {words.ranked_in(results)}, from 0 (best) to 1")
         names, which = ("", *results.controllers), PAIRS.format(results.kind)
@@ -173,7 +173,7 @@ def facts(results: Comparison) -> list[markup.Fact]:
     count = f"{graded.count(FlightGrade.AS_ASKED)} of {len(graded)}"
     asked = markup.Fact("flown as asked", count, "median flights, one of each cell")
     pairs = markup.Fact("pairs decided", f"{decided} of {results.pairs}", "with 95 % confidence in all of them jointly")
-    return [first, *([asked] if graded else []), *([pairs] if results.pairs else []), flown]
+    return [*([] if results.copies else [first]), *([asked] if graded else []), *([pairs] if results.pairs else []), flown]
 
 
 def as_json(results: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str, object]:
@@ -233,7 +233,7 @@ def markdown(results: Comparison, pictures: Mapping[str, Path]) -> str:
     parts += [
         "## Situation by situation",
         bullets(others),
-        " ".join(filter(None, (words.METHOD.format(results.kind), words.searches(results)))),
+        words.method(results),
     ]
     if len(results.controllers) > 1:
         ranked = [[name, f"{rank:.2f}"] for name, rank in results.overall().items()]

@@ -19,13 +19,22 @@ LOST, NOTHING = "lost", "-"
 MISSIONS = "the missions"
 """What the situation of a comparison of missions is called."""
 
+SAME_FLIGHTS = {
+    "controller": "All controllers fly the same flights in a situation: the same path and draws, and the same wind and noise "
+    "where simulation.step is the same.",
+    "mission": "All missions fly the same path, with the same random numbers where simulation.step is the same.",
+}
 METHOD = (
-    "All {}s fly the same flights in a situation: the same path and draws, and the same wind and noise where "
-    "simulation.step is the same. A lost flight counts as "
-    "worse than any other. Pairs are compared by Wilcoxon's signed-rank test and, for lost flights, by McNemar's exact "
-    "test; the p-values of all pairs in all situations get Holm's correction, so that with 95 % confidence no pair that is "
-    "reported as decided is wrong: of these gains, on these vehicles and paths."
+    "{} A lost flight counts as worse than any other. Pairs are compared by Wilcoxon's signed-rank test and, for lost "
+    "flights, by McNemar's exact test; the p-values of all pairs in all situations get Holm's correction, so that with 95 % "
+    "confidence no pair that is reported as decided is wrong: of these gains, on these vehicles and paths."
 )
+
+
+def method(results: Comparison) -> str:
+    """What is the same for all, and the tests where anything is random."""
+    same = SAME_FLIGHTS[results.kind]
+    return same if results.copies else " ".join(filter(None, (METHOD.format(same), searches(results))))
 
 
 class Unit(NamedTuple):
@@ -127,7 +136,9 @@ def of_all(results: Comparison) -> str:
     over = f" over {many} situations" if many > 1 else ""
     first, *others = results.leaders
     everywhere = " in every situation" if results.kind == "controller" else ""
-    text = f"{counted(len(results.controllers), results.kind)}, {counted(results.seeds, 'flight')} each{everywhere}."
+    alike = ", all alike" if results.copies else ""
+    text = f"{counted(len(results.controllers), results.kind)}, {counted(results.seeds, 'flight')} each{everywhere}{alike}."
+    text += f" {results.unlike}" if results.unlike else ""
     if many > 1:
         lost = [one.lost.value for one in results.results if one.controller == first and one.lost.value]
         who = first if others else "it"
