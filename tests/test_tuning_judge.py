@@ -10,7 +10,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.mission.check import check
 from quadstep.mission.tune import TuneSection
 from quadstep.studies.tuning.objective import CandidateFlights, Judge, compare
-from quadstep.studies.tuning.report import answer
+from quadstep.studies.tuning.report import answer, measured_rows
 from tests.flights import METRICS
 
 GAINS = {"controller.K_r1": {"low": 1.0, "high": 2.0}}
@@ -119,6 +119,33 @@ def test_a_better_objective_is_not_told_without_the_flights_that_fail_with_it():
     found = compare(judge(), flown(rmse, ended=half), flown(0.5 * rmse, ended=half))
     assert answer(found).endswith(": the objective falls by 50 %. With them 50 % of the flights succeed.")
     assert answer(compare(judge(), flown(rmse), flown(0.5 * rmse))).endswith(": the objective falls by 50 %.")
+
+
+def test_a_margin_is_missed_by_the_loop_and_by_no_flight():
+    asked = judge(constraints={"largest_error": 0.6, "delay_margin": 0.04, "phase_margin": 0.5})
+
+    def having(delay, rmse):
+        one = flown(np.full(100, rmse))
+        names = {**one.names, "delay_margin": "delay_margin[s]", "phase_margin": "phase_margin[rad]"}
+        metrics = np.hstack([one.metrics, np.tile([delay, 0.6], (100, 1))])
+        return one._replace(metrics=metrics, names=names)
+
+    before, after = having(0.052, 1.0), having(0.0363, 0.4)
+    found = compare(asked, before, after)
+    assert [one.value for one in found.success] == [0.0, 1.0]
+    assert found.missed == ["delay margin 36.3 ms, 40.0 ms asked"]
+    assert answer(found).startswith("Though they miss a constraint, the tuned gains fly better on flights they were not")
+    table = [[cell.replace("\N{NO-BREAK SPACE}", " ") for cell in row] for row in measured_rows(found)[-2:]]
+    assert table[0] == ["delay margin, at least 40.0 ms", "52.0 ms, met", "36.3 ms, not met", "−15.7 ms"]
+    assert table[1][:2] == ["phase margin, at least 28.6°", "34.4°, met"]
+    back = compare(asked, after, before)
+    assert back.missed == [] and "WORSE" in back.verdict
+    kept = compare(asked, before, having(0.05, 0.4))
+    assert kept.missed == [] and answer(kept).startswith("The tuned gains are better on")
+    none = compare(asked, before, having(0.0363, 1.0))
+    assert none.missed and "NOT shown to be better" in none.verdict
+    worse = compare(asked, having(0.052, 0.4), having(0.0363, 0.5))
+    assert worse.missed and "WORSE" in worse.verdict
 
 
 def test_a_better_objective_is_not_told_without_the_error_that_rises_with_it():

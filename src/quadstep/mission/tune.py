@@ -53,6 +53,10 @@ class Constraint(Section):
         if (self.most is None) == (self.least is None):
             raise ValueError("give either most or least")
 
+    @property
+    def value(self) -> float:
+        return self.most if self.most is not None else self.least or 0.0
+
     def keeps(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
         return values <= self.most if self.most is not None else values >= (self.least or 0.0)
 

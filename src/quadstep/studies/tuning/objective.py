@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.interfaces.closed_loop import Outcome
+from quadstep.metrics.registry import MARGINS
 from quadstep.metrics.statistics import Estimate, mean, means, quantile, quantile_difference, share, share_difference
-from quadstep.mission.tune import TuneSection
+from quadstep.mission.tune import Constraint, TuneSection
 from quadstep.report import units
 
 Floats = NDArray[np.float64]
@@ -112,9 +113,9 @@ class Judge(NamedTuple):
         return total
 
     def within(self, flown: CandidateFlights) -> NDArray[np.bool_]:
-        """Which flights completed and kept every constraint."""
+        """Which flights completed and kept every constraint of flights; a margin is that of the loop, the same for all."""
         good: NDArray[np.bool_] = flown.completed.copy()
-        for name, limit in self.section.constraints.items():
+        for name, limit in self.section.of_flights.items():
             good &= limit.keeps(flown.metric(name))
         return good
 
@@ -156,7 +157,9 @@ class Row(NamedTuple):
 
 
 class Compared(NamedTuple):
-    """success: share of flights that completed and kept the constraints. objective, rows: of it, and of metrics."""
+    """success: share of flights that completed and kept the constraints of flights. objective, rows: of it, and of metrics.
+    limits: of margins, by their names with units. missed: those that the tuned gains miss, in words.
+    """
 
     flights: int
     success: tuple[Estimate, Estimate]
@@ -165,9 +168,12 @@ class Compared(NamedTuple):
     rows: list[Row]
     verdict: str
     better: bool
+    limits: Mapping[str, Constraint]
+    missed: list[str]
 
 
 BETTER = "The tuned gains are better{where}."
+FLY_BETTER = "Though they miss a constraint, the tuned gains fly better{where}."
 WORSE = "The tuned gains are WORSE{where}: do not use them."
 SAME = "The tuned gains are NOT shown to be better{where}; more flights (tune.seeds, --budget) or wider ranges may help."
 UNCHANGED = "No better gains were found: tuned.toml has the present ones."
@@ -190,8 +196,21 @@ def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, ch
     reported = rows(judge.reported, present, tuned)
     where = " on flights they were not tuned on" if count > 1 else " on the one flight that they were tuned on"
     verdict = verdict_of(success, objective, count == 1) if changed else UNCHANGED
-    better = verdict == BETTER
-    return Compared(count, (shares[0], shares[1]), success, objective, reported, verdict.format(where=where), better)
+    better, wanted = verdict == BETTER, judge.section.constraints
+    limits = {present.names[name]: one for name, one in wanted.items() if name in MARGINS}
+    values = {row.name: row.tuned.value for row in reported if row.tuned and row.name in limits}
+    missed = [said for name, value in values.items() if (said := shortfall(name, value, limits[name]))]
+    said = (FLY_BETTER if better and missed else verdict).format(where=where)
+    return Compared(count, (shares[0], shares[1]), success, objective, reported, said, better, limits, missed)
+
+
+def shortfall(name: str, value: float, limit: Constraint) -> str:
+    """That a value misses its limit, in words; nothing where it keeps it."""
+    if limit.keeps(np.array([value])).all():
+        return ""
+    words, unit = units.metric(name)
+    found, asked = units.in_one_unit([(one, math.nan, math.nan) for one in (value, limit.value)], unit)
+    return f"{words} {found}, {asked} asked".replace("\N{NO-BREAK SPACE}", " ")
 
 
 def rows(names: Sequence[str], present: CandidateFlights, tuned: CandidateFlights) -> list[Row]:

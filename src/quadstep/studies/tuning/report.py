@@ -2,14 +2,15 @@
 
 import math
 from collections.abc import Mapping
-from html import escape
 from pathlib import Path
 
+import numpy as np
 from matplotlib.axes import Axes
 
 from quadstep.linear.grade import UNKNOWN, UNSTABLE, WORST_FIRST
 from quadstep.metrics.verdict import Case
 from quadstep.mission.fields import label
+from quadstep.mission.tune import Constraint
 from quadstep.report import markup, units
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import LINES, drawing, legend_columns, margins, new_figure, write
@@ -17,7 +18,6 @@ from quadstep.report.colours import COLOURS
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import COLUMN, Sheet
-from quadstep.report.units import prose
 from quadstep.studies.tuning.gains import TunedGain
 from quadstep.studies.tuning.ground import TuningRequest
 from quadstep.studies.tuning.objective import AGGREGATES, NEGLIGIBLE, UNCHANGED, Compared, Row, certain_sign
@@ -56,7 +56,7 @@ def evidence(
             )
         ],
         sections=[
-            TableSection("The gains", "gains", ("gain", *HEADER[1:3], ""), gains, set_as=lambda text: prose(escape(text))),
+            TableSection("The gains", "gains", ("gain", *HEADER[1:3], ""), gains, set_as=units.rich),
             TableSection("On unseen flights" if many else "Both flights", "unseen", HEADER, measured, both if many else alone),
             TableSection("The search", "search", text=search),
         ],
@@ -77,13 +77,20 @@ def caution(present: Mapping[str, str], tuned: Mapping[str, str]) -> str:
     return f"Before you fly them: at rest the loop with the tuned gains is {said}; with the present gains it is {before}."
 
 
-def broken(request: TuningRequest, result: SearchResult) -> str:
+def broken(request: TuningRequest, result: SearchResult, compared: Compared) -> str:
     """What to say first where no gains were found that lose no flight and keep the constraints; else nothing."""
-    if result.best.judged.feasible:
+    best = result.best
+    if best.judged.feasible:
         return ""
-    lost = result.best.judged.lost
-    wrong = f"{lost} of {request.seeds} flights are lost" if lost else "constraints are broken"
-    return f"Even with the best gains found, {wrong} in tuning."
+    if best.judged.lost:
+        return f"Even with the best gains found, {best.judged.lost} of {request.seeds} flights are lost in tuning."
+    missed, excess = list(compared.missed), (best.tried.whole or best.tried.trial).violation
+    if excess > 0.0:
+        names = [name.replace("_", " ").replace("rmse", "RMSE") for name in request.section.of_flights]
+        summed = f"by {units.percent(excess)} of {'the limit' if len(names) == 1 else 'their limits, summed'}"
+        missed.append(f"{' or '.join(names)} {summed}, in tuning")
+    count = units.counted(len(missed), "constraint") if len(request.section.of_flights) < 2 else "constraints"
+    return f"The best gains found miss {count}: {'; '.join(missed)}.".replace("\N{NO-BREAK SPACE}", " ")
 
 
 def gain_rows(request: TuningRequest, result: SearchResult) -> list[tuple[str, ...]]:
@@ -98,7 +105,18 @@ def gain_rows(request: TuningRequest, result: SearchResult) -> list[tuple[str, .
 
 def measured_rows(compared: Compared) -> list[list[str]]:
     """Success, the objective and the metrics, with each set of gains."""
-    return [shares(compared), *(one.texts for one in (compared.objective, *compared.rows))]
+    rows = [with_limit(one, compared.limits[one.name]) if one.name in compared.limits else one.texts for one in compared.rows]
+    return [shares(compared), compared.objective.texts, *rows]
+
+
+def with_limit(row: Row, limit: Constraint) -> list[str]:
+    """A margin with its limit, and whether either gains meet that."""
+    words, unit = units.metric(row.name)
+    *cells, asked = units.in_one_unit([*row[1:], (limit.value, math.nan, math.nan)], unit)
+    for place, one in enumerate((row.present, row.tuned)):
+        if one:
+            cells[place] += ", met" if limit.keeps(np.array([one.value])).all() else ", not met"
+    return [f"{words}, at {'least' if limit.most is None else 'most'} {asked}", *cells]
 
 
 def answer(compared: Compared) -> str:
@@ -231,7 +249,8 @@ def draw_gains(axes: Axes, request: TuningRequest, result: SearchResult) -> None
 
 def gain_range(request: TuningRequest, one: TunedGain) -> str:
     """A gain, its unit and its range."""
-    return f"{label(request.mission, one.key).removeprefix('controller ')}: {one.range.low:.4g} to {one.range.high:.4g}"
+    name, *unit = label(request.mission, one.key).removeprefix("controller ").partition(" [")
+    return f"{units.label(name)}{''.join(unit)}: {one.range.low:.4g} to {one.range.high:.4g}"
 
 
 def leaders(result: SearchResult) -> list[Candidate]:

@@ -67,7 +67,7 @@ def tune(
         content = wanted.with_gains(found.best.values)
         mission = check_mission(content, TUNED, path.parent)
         grade = grading(mission)
-        first = " ".join(filter(None, (broken(wanted, found), caution(grading(wanted.mission), grade))))
+        first = " ".join(filter(None, (broken(wanted, found, compared), caution(grading(wanted.mission), grade))))
         elsewhere = write_mission(out, wanted, content, first)
         write_parameters(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
@@ -176,6 +176,7 @@ def as_json(request: TuningRequest, result: SearchResult, compared: Compared, bu
             "success_difference": compared.success_difference.as_json(),
             "rows": [{**row, **{name: row[name] and row[name].as_json() for name in estimates}} for row in rows],
             "verdict": compared.verdict,
+            "missed": compared.missed,
         },
     }
 
