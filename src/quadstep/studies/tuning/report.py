@@ -199,7 +199,9 @@ def draw_search(path: Path, request: TuningRequest, result: SearchResult, sheet:
             marks, names = axes.get_legend_handles_labels()
             if marks:
                 ncols = legend_columns(figure.get_figwidth(), names, most)
-                axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols)
+                legend = axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols)
+                for text in legend.get_texts():
+                    text.set_parse_math(True)
         bottom.set_xlabel("flights")
         figure.align_ylabels()
         write(figure, path, sheet)
