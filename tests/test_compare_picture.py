@@ -125,8 +125,8 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
 
     one = all_of(AS_ASKED, FAR, FAR, AS_ASKED)
     assert lead(one).startswith(
-        "law 0 has the best mean rank; its median flight is not as asked in 1 of 2 situations, worst in crazyflie, circle, "
-        "calm: its error is large for its path. "
+        "law 0 has the best mean rank; its median flight does not do as asked in 1 of 2 situations, worst in crazyflie, "
+        "circle, calm: its error is large for its path. "
     )
     assert ", but" not in of_situation(one, WHERE, ranked)
     assert of_situation(one, second, ranked).startswith("crazyflie, circle, calm: law 0 has the smallest median e, 1 cm (500 ")
@@ -135,12 +135,14 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
     none = all_of(FAR, FAR, FAR, lost)
     assert lead(none).startswith("No controller flies as asked in any situation: law 0 has the best mean rank; its median ")
     assert of_situation(none, WHERE, ranked).startswith("crazyflie, hover, calm: no controller flies as asked: law 0 has the ")
-    gone = "; its median flight is lost in 1 and not as asked in 1 of 2 situations, worst of those it completes in crazyflie"
+    gone = "; its median flight is lost in 1 and does not do as asked in 1 of 2 situations, worst of those it completes in "
     assert gone in of_all(all_of(FAR, AS_ASKED, lost, AS_ASKED))
     gone = "law 0 has the best mean rank; its median flight is lost in 1 of 2 situations. "
     assert lead(all_of(AS_ASKED, AS_ASKED, lost, AS_ASKED)).startswith(gone)
     unknown = all_of(FAR, None, FAR, None)  # the other is an autopilot, whose flights are not flown again
-    assert lead(unknown).startswith("law 0 has the best mean rank; its median flight is not as asked in 2 of 2 situations")
+    assert lead(unknown).startswith(
+        "law 0 has the best mean rank; its median flight does not do as asked in 2 of 2 situations"
+    )
     assert "no controller" not in of_situation(unknown, WHERE, ranked)
     assert facts(unknown)[1][:2] == ("flown as asked", "0 of 2")
     header, (first, _) = matrix(none, "crazyflie")

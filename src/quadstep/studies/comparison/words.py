@@ -285,10 +285,10 @@ def fall_short(results: Sequence[SituationResult], metric: str, whose: str) -> s
     """In how many situations the median flight of a controller is lost or not as asked, and why where its error is largest."""
     lost = sum(one.grade is not None and one.grade.grade is FlightGrade.LOST for one in results)
     short = [one for one in results if one.grade and one.grade.reasons]
-    counts = [f"{what} in {count}" for what, count in (("lost", lost), ("not as asked", len(short))) if count]
+    counts = [f"{what} in {count}" for what, count in (("is lost", lost), ("does not do as asked", len(short))) if count]
     if not counts:
         return ""
-    text = f"; {whose} median flight is {listed(counts)} of {len(results)} situations"
+    text = f"; {whose} median flight {listed(counts)} of {len(results)} situations"
     if short:
         worst = max(short, key=lambda one: one.spreads[metric].median.value)
         where = "worst of those it completes" if lost else "worst"
