@@ -306,7 +306,7 @@ def test_a_student_submits_by_link_or_form_and_sees_the_board(room, port):
     ]
     room.members[other].counts("", SubmissionResult("", "flew, but", {room.ground.metric: 0.0123}))
     text = ask(port, "/", ada)[2]
-    assert re.search(r'<td>1</td><td>Group 2</td><td[^>]*>12.3.mm</td><td><b class="fair">.*? flew, but</b></td>', text)
+    assert re.search(r'<td>Group 2</td><td[^>]*>12.3.mm</td><td><b class="fair">.*? completed, not as asked</b></td>', text)
     assert "Waiting to be flown" in text
     assert '<h2 id="submit">Submit</h2>' in text, "no level of headings is left out"
     assert "The smallest position RMSE wins. Lost flights are not ranked." in text

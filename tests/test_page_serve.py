@@ -563,7 +563,7 @@ def test_a_lost_flight_has_no_error_to_rank_it_by_and_a_late_score_is_said(tmp_p
 @pytest.mark.parametrize(("content", "says"), [
     ({"grade": "as asked", "outcome": "completed", "ended[s]": 5.0}, ["✓</span> as asked", "flew 5 s"]),
     ({"grade": "flew, but", "grade_reasons": ["it tilted to 139°"], "outcome": "completed", "ended[s]": 5.0},
-        ["!</span> flew, but", "flew 5 s, but it tilted to 139°"]),
+        ["!</span> completed, not as asked", "flew 5 s, but it tilted to 139°"]),
     ({"grade": "as asked", "outcome": "crashed", "ended[s]": 5.0}, ["✕</span> lost", "lost at 5 s: it hit the ground"]),
 ])  # fmt: skip
 def test_a_card_marks_the_grade_of_its_flight(tmp_path, content, says):
@@ -618,6 +618,14 @@ def test_a_card_has_the_title_and_the_kind_of_its_report(tmp_path):
     (tmp_path / "c" / "report.html").write_text("<p>Somebody else's.</p>")
     assert results(tmp_path)[0][1] == "c"
     assert results(tmp_path)[0].kind == "Campaign"
+
+
+def test_an_article_has_its_own_title_and_no_place_or_picture_that_says_nothing(tmp_path):
+    (tmp_path / "article.html").write_text("<title>Explained</title>")
+    (found,) = results(tmp_path)
+    assert (found.name, found.kind) == ("Explained", "Article")
+    text = answer(tmp_path, "/").text
+    assert '<p class="place"></p>' in text and "no picture" not in text
 
 
 def test_a_folder_without_results_says_what_makes_some(tmp_path):
@@ -719,7 +727,8 @@ def test_a_flight_is_listed_with_a_picture_of_its_path_and_of_where_it_was_lost(
     assert "--blue:" in found.text
     assert "var(--bad)" not in found.text.split("<path")[3]
     assert "var(--bad)" in stamped(tmp_path, LOG + rows, "diverged").text.split("<path")[3]
-    assert 'src="/thumb/one/"' in answer(tmp_path, "/").text
+    listed = answer(tmp_path, "/").text
+    assert 'src="/thumb/one/"' in listed and "the line is the path flown, the pale band the path asked for" in listed
 
 
 @pytest.mark.parametrize(

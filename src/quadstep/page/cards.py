@@ -28,13 +28,16 @@ from quadstep.report import colours, markup, units
 from quadstep.report.markup import page_text, paragraph
 
 DROP = (
-    "<p data-scripted><label>Advice from a log of PX4, ArduPilot or Betaflight: drop it here, or choose it "
-    '<input type="file" id="log" accept=".ulg,.ulog,.bin,.bbl,.bfl"></label> <span id="said" role="status"></span></p>'
+    '<section class="drop" data-scripted><h2>Advice from a log</h2><p>Drop a log of PX4, ArduPilot or Betaflight on this page '
+    'or choose one.</p><label>Choose a log<input type="file" id="log" accept=".ulg,.ulog,.bin,.bbl,.bfl"></label> '
+    '<span id="said" role="status"></span></section>'
 )
 """Where this machine's list takes a log."""
 
 
-LEGEND = "Pictures of flights: a solid line as flown, a dashed one as asked; a cross marks where a flight was lost."
+LEGEND = (
+    "Pictures of flights: the line is the path flown, the pale band the path asked for; a cross marks where a flight was lost."
+)
 
 
 def part(name: str, package: str = "quadstep.page") -> str:
@@ -89,24 +92,30 @@ def facts_tile(result: ResultFolder) -> str:
     return f'<p class="facts">{told}</p>'
 
 
+NO_PICTURE = "<span>no picture</span>"
+
+
 def picture(result: ResultFolder) -> str:
     """Its thumbnail: of a flight its path."""
     if "flight.csv" not in result.files and result.picture is None:
-        return "<span>no picture</span>"
+        return NO_PICTURE
     file = address(result, result.picture or "")
     source = address(result, "").replace("/files/", "/thumb/", 1) if "flight.csv" in result.files else file
     return f'<img loading="lazy" alt="" src="{escape(source)}">'
 
 
-MARKS = {"as asked": ("good", "✓"), "flew, but": ("fair", "!"), "lost": ("bad", "✕")}
+MARKS = {
+    "as asked": ("good", "✓", "as asked"), "flew, but": ("fair", "!", "completed, not as asked"), "lost": ("bad", "✕", "lost"),
+}  # fmt: skip
+"""Of a grade: its colour, its sign, and what it is called where no reason follows it."""
 
 
 def grade_mark(grade: str) -> str:
     """A grade with its sign, as markup; nothing where there is none."""
     if grade not in MARKS:
         return ""
-    kind, sign = MARKS[grade]
-    return f'<b class="{kind}"><span aria-hidden="true">{sign}</span> {escape(grade)}</b>'
+    kind, sign, said = MARKS[grade]
+    return f'<b class="{kind}"><span aria-hidden="true">{sign}</span> {said}</b>'
 
 
 LABELS = {
@@ -137,12 +146,16 @@ def card(result: ResultFolder) -> str:
     }  # fmt: skip
     attributes = " ".join(f'data-{key}="{escape(value)}"' for key, value in data.items())
     href, told = escape(best(result)), facts_tile(result)
-    shown = "" if told else f'<a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{picture(result)}</a>'
+    shown = (
+        ""
+        if told or (drawn := picture(result)) == NO_PICTURE
+        else f'<a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{drawn}</a>'
+    )
     return (
         f'<li {attributes}>{shown}<div class="card">'
         f'<p class="head"><span class="kind">{escape(result.kind)} {grade_mark(result.grade)}</span> {number}</p>'
         f'<h2><a href="{href}">{escape(result.name)}</a></h2><p class="says">{escape(result.says)}</p>{told}'
-        f'<p class="place">{escape(place)}</p><p>{written}</p><div class="files">{links}</div>'
+        f'<p class="place">{escape("" if place == "." else place)}</p><p>{written}</p><div class="files">{links}</div>'
         f'<label><input type="checkbox" value="{escape(place)}"> compare</label></div></li>\n'
     )
 

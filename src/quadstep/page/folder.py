@@ -68,12 +68,12 @@ class ResultFolder(NamedTuple):
 KINDS = {
     "campaign.json": "Campaign", "claims.json": "Reproduction", "certificate.json": "Certificate",
     "envelope.parquet": "Envelope", "tuned.toml": "Tuning", "pairs.csv": "Comparison", "flight.csv": "Flight",
-    "prediction_errors.csv": "Replay",
+    "prediction_errors.csv": "Replay", "article.html": "Article",
 }  # fmt: skip
 """What a result without a report is of, by a file that it has."""
 
 REPORT, HEAD = "report.html", 100_000
-"""Where a result has its title, kind and answer, and in how many characters."""
+"""Where a result has its title, kind and answer, if not in another page, and in how many characters."""
 
 TITLE, KIND = re.compile(r"<title>(.*?)</title>", re.DOTALL), re.compile(r"<span>quadstep · (.*?)</span>")
 ANSWER, TAG = re.compile(r'<p class="answer">(.*?)</p>', re.DOTALL), re.compile(r"<[^>]*>")
@@ -123,7 +123,8 @@ def result_in(root: Path, folder: Path) -> ResultFolder | None:
     if not shown:
         return None
     content = manifest(folder)
-    begins = report_opening(folder / REPORT) if REPORT in found else ReportOpening()
+    page = REPORT if REPORT in found else shown[0]
+    begins = report_opening(folder / page) if page.endswith(".html") else ReportOpening()
     name = content.get("name")
     title = name if isinstance(name, str) else begins.title or folder.name
     kind = begins.kind or next((kind for name, kind in KINDS.items() if name in found), "Report")
