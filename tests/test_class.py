@@ -310,7 +310,7 @@ def test_a_student_submits_by_link_or_form_and_sees_the_board(room, port):
     assert "Waiting to be flown" in text
     assert '<h2 id="submit">Submit</h2>' in text, "no level of headings is left out"
     assert "The smallest position RMSE wins. Lost flights are not ranked." in text
-    assert "You may change only controller" in text
+    assert "You may change only the <code>[controller]</code> table." in text and "code is never run" not in text
     room.members[other].waits = False
     assert "[controller]\nK_r1 = 3.0\n</textarea>" in ask(port, "/", other)[2]
     assert ask(port, "/mission.toml", ada)[2] == MISSION
@@ -407,9 +407,10 @@ def test_the_class_s_own_flight_is_to_be_beaten(room, port, monkeypatch):
     monkeypatch.setattr(classroom, "flown_apart", lambda text, ground, out, _: attempted(text, ground, out))
     room.fly_own()
     text = ask(port, "/", ada)[2]
-    assert f'<p class="answer">Ada: fly {room.mission.name} with the smallest position RMSE.</p>' in text
     own = units.quantity(room.own.numbers[room.ground.metric], "m")
-    assert "Nobody has flown it yet." in text and re.search(rf"<i>the class's mission, to beat</i></td><td[^>]*>{own}<", text)
+    task = f"Ada: fly “{room.mission.name}” with the smallest position RMSE. {own} is to be beaten."
+    assert f'<p class="answer">{task}</p>' in text
+    assert "Nobody has flown it yet." in text and re.search(rf"<i>the class's own gains</i></td><td[^>]*>{own}<", text)
     assert ask(port, "/try", ada)[1]["Content-Type"] == "text/html; charset=utf-8"
     assert "<svg" in ask(port, "/path.svg", ada)[2]
 

@@ -472,6 +472,7 @@ def test_an_address_that_is_none_is_answered(port, line, capfd):
 def test_no_word_of_a_number_is_written_twice():
     assert words("largest_weight_norm.norm_W1") == "largest weight norm W1"
     assert words("position.x.rmse[m]") == "position x RMSE"
+    assert words("rotors.least[N]") == "least thrust of a rotor"
     log_metrics = [name for one in REPORTED for name in one.full_names({"x": "m", "norm_W1": "-", "rotors": "N"})]
     for said in map(words, log_metrics):
         assert not any(first == second for first, second in pairwise(said.split())), said
@@ -497,7 +498,11 @@ def test_of_two_the_closer_one_is_named(tmp_path):
         spoilt(tmp_path / name, name=name, **{"position_rmse[m]": rmse})
     text = answer(tmp_path, "/compare?a=far&b=near").text
     assert "near is 3.0 times closer to its path than far." in text
-    assert "10.0\u00a0mm" in text
+    assert "10.0\u00a0mm" in text and "second / first" in text
+    for one in ("a", "b"):
+        spoilt(tmp_path / one, **{"largest_tilt[rad]": 0.1, "overturned[rad]": 0.1})
+    text = answer(tmp_path, "/compare?a=a&b=b").text
+    assert "largest tilt" in text and "overturned" not in text
 
 
 def test_the_numbers_of_a_row_have_one_unit_and_a_lost_flight_s_last_state_is_no_row(tmp_path):
@@ -523,7 +528,7 @@ def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, f
         spoilt(tmp_path / name, name=name, **{**numbers, **content})
     text = answer(tmp_path, "/compare?a=a&b=b").text
     assert said in text
-    assert "times closer" not in text
+    assert "times closer" not in text and "second / first" not in text
     alike = "paths" not in said and "vehicles" not in said
     assert ("#keep=b" in text) == alike == ("not overlaid" not in text)
     shown = [one["id"] for one in data_of(answer(tmp_path, "/both?a=a&b=b").text)["flights"]]
@@ -546,7 +551,7 @@ def test_of_two_in_other_wind_it_is_said(tmp_path):
             tmp_path / name, name=name, mission=mission, **{"position_rmse[m]": rmse, "outcome": "completed", "ended[s]": 5.0}
         )
     text = answer(tmp_path, "/compare?a=a&b=b").text
-    assert "a is 3.0 times closer to its path than b.</p><p>They differ in wind and events, too.</p>" in text
+    assert "With different wind and events: a is 3.0 times closer to its path than b." in text
 
 
 def test_a_lost_flight_has_no_error_to_rank_it_by_and_a_late_score_is_said(tmp_path):

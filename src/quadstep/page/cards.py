@@ -236,7 +236,7 @@ STYLE = """<style>
 .two { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 12px; }
 .two figure { margin: 0; }
 .two .drawn { flex: 1 1 100%; } .two img { width: 100%; max-width: 100%; max-height: 20rem; object-fit: contain; }
-.two figcaption::before { content: none; }
+.two img[src^="/thumb"] { background: none; } .two figcaption::before { content: none; }
 </style>"""
 
 
@@ -249,11 +249,16 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         f"</figcaption></figure>"
         for one, name in zip(results, names, strict=True)
     )
-    rows = [[words(key), *row(key, first.get(key), second.get(key))] for key in dict.fromkeys([*first, *second])][:MOST_ROWS]
+    unlike = why_incomparable(names, *contents)
+    keys = [
+        key for key in dict.fromkeys([*first, *second]) if key not in TWINS or any(twin(one, key) for one in (first, second))
+    ]
+    header = ("", *names, "second / first")[: 3 if unlike else 4]
+    rows = [[words(key), *row(key, first.get(key), second.get(key))][: len(header)] for key in keys[:MOST_ROWS]]
     others = differing_keys(CONDITIONS, *contents)
-    closer = answer(names, first, second) + (f" They differ in {units.listed(others)}, too." if others else "")
+    closer = (f"With different {units.listed(others)}: " if others else "") + answer(names, first, second)
     body = [
-        markup.summary(why_incomparable(names, *contents) or closer, facts(names, first, second)),
+        markup.summary(unlike or closer, facts(names, first, second)),
         f'<div class="two">{shown}</div>',
     ]
     if all("flight.csv" in one.files for one in results):
@@ -266,14 +271,19 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
             behind = identity(behind, (identity(front, ()),))
             body.append(markup.links([(f"/both?{places}#keep={behind}", "Both flights, overlaid")]))
     body += [markup.heading("All numbers", "numbers")]
-    body += [
-        markup.table(("", *names, "second / first"), rows, escape)
-        if rows
-        else markup.paragraph("Neither result has numbers to compare.")
-    ]
+    body += [markup.table(header, rows, escape) if rows else markup.paragraph("Neither result has numbers to compare.")]
     return markup.page_text(
         f"{names[0]} and {names[1]}", [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE
     )
+
+
+TWINS = {"overturned[rad]": "largest_tilt[rad]"}
+"""Metrics that say the same as another one wherever they are equal."""
+
+
+def twin(found: dict[str, float], key: str) -> bool:
+    """Whether one says something else than the one that it often equals."""
+    return found.get(key) != found.get(TWINS[key])
 
 
 def why_incomparable(names: list[str], first: Metrics, second: Metrics) -> str:
@@ -344,9 +354,17 @@ def value(one: float, unit: str, largest: float) -> str:
     return units.number(factor * one, 4) + units.unit_suffix(unit)
 
 
+WORDS = {
+    "error_growth": "factor by which the error grows", "rate_growth": "factor by which the turn rates grow",
+    "rotors.least": "least thrust of a rotor", "rotors.largest": "largest thrust of a rotor",
+}  # fmt: skip
+"""What metrics are called whose names do not say it."""
+
+
 def words(key: str) -> str:
     """`position x RMSE` of `position.x.rmse[m]`; no word twice, as in `largest_weight_norm.norm_W1`."""
-    return re.sub(r"\b(\w+) \1\b", r"\1", units.metric(key)[0].replace(".", " "))
+    said = WORDS.get(key.partition("[")[0]) or units.metric(key)[0].replace(".", " ")
+    return re.sub(r"\b(\w+) \1\b", r"\1", said)
 
 
 def row(key: str, first: float | None, second: float | None) -> list[str]:

@@ -40,7 +40,7 @@ class Asked(NamedTuple):
 
 def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # noqa: B008 (frozen)
     """The page of a student as HTML, every text escaped."""
-    free, words = ", ".join(room.ground.free), units.metric(room.ground.metric)[0]
+    words = units.metric(room.ground.metric)[0]
     why = f"<b>Not taken: {escape(str(asked.refusal))}</b>{' Your text is below.' if asked.text else ''}"
     more = f', or <a href="/laws">another of {len(room.laws)} controllers</a>' if len(room.laws) > 1 else ""
     body = [
@@ -50,8 +50,8 @@ def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # 
         '<div class="class"><section>', heading("Submit", "submit"),
         f'<form method="post" action="/submit"><label for="text">Lines that begin with # show the defaults and change '
         f'nothing: write one without # to change a number{more}. '
-        f'What you leave out is as in <a href="/mission.toml">the class\'s mission</a>. You may change only {escape(free)}; '
-        f'code is never run.</label><textarea id="text" name="{FIELD}" rows="16" spellcheck="false">\n'
+        f'What you leave out is as in <a href="/mission.toml">the class\'s mission</a>. You may change only '
+        f'{only(room.ground)}.</label><textarea id="text" name="{FIELD}" rows="16" spellcheck="false">\n'
         f"{escape(field_text(room, member, asked))}</textarea>"
         '<button>Submit</button> <a href="/try">Try gains on the live page first</a> '
         '<span id="answer" role="status"></span></form>',
@@ -62,10 +62,19 @@ def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # 
     return page_text(room.mission.name, [*body, SCRIPT], "Class", STYLE)
 
 
+def only(ground: Ground) -> str:
+    """What may be changed, as markup: "the [controller] table" for a key that has others below it."""
+    tables = {one for one in ground.free if isinstance(ground.usual.get(one), dict)}
+    return units.listed([f"the <code>[{escape(one)}]</code> table" if one in tables else f"<code>{escape(one)}</code>"
+                         for one in ground.free])  # fmt: skip
+
+
 def gains_section(room: Room) -> list[str]:
     """The gains of the class's own controller, if any may be changed."""
     shown = gains_table(room.mission, room.ground.free)
-    return [heading(f"Gains of {room.mission.controller.type}", "gains", escape), shown] if shown else []
+    return (
+        [heading(f"Gains of the class's controller, {room.mission.controller.type}", "gains", escape), shown] if shown else []
+    )
 
 
 def field_text(room: Room, member: Member, asked: Asked) -> str:
@@ -79,7 +88,8 @@ def field_text(room: Room, member: Member, asked: Asked) -> str:
 def student_news(room: Room, member: Member) -> str:
     """What a student is told: the task, what came of the last submission, and the rank."""
     words = escape(units.metric(room.ground.metric)[0])
-    task = f'<p class="answer">{escape(member.name)}: fly {escape(room.mission.name)} with the smallest {words}.</p>'
+    beaten = "" if (own := own_number(room)) == "–" else f" {own} is to be beaten."
+    task = f'<p class="answer">{escape(member.name)}: fly “{escape(room.mission.name)}” with the smallest {words}.{beaten}</p>'
     path = '<img src="/path.svg" alt="The path, and the flight of the class\'s own gains">' if room.own.grade else ""
     waiting = f' data-waits="yes">{escape(member.message)}' if member.waits else f">{escape(member.message)}"
     ranked = room.board()
@@ -115,11 +125,15 @@ def board(room: Room, me: Member | None = None) -> str:
     words = escape(units.metric(room.ground.metric)[0])
     header = ("rank", "student", words, "grade", "flown", "attempts")
     if room.own.grade:
-        symbol, value = units.metric(room.ground.metric)[1], room.own.numbers.get(room.ground.metric)
-        number = "–" if value is None or room.own.grade == FlightGrade.LOST else units.quantity(value, symbol)
-        rows.append(["–", "<i>the class's mission, to beat</i>", (number, "number"), grade_mark(room.own.grade), "", ""])
+        rows.append(["–", "<i>the class's own gains</i>", (own_number(room), "number"), grade_mark(room.own.grade), "", ""])
     none = "" if any(one.best for one in room.members.values()) else "<p>Nobody has flown it yet.</p>"
     return f'<div id="board">{none}{table(header, rows, str) if rows else ""}</div>'
+
+
+def own_number(room: Room) -> str:
+    """What the class's own gains reach; a dash where that is not known, or they lose the vehicle."""
+    value = room.own.numbers.get(room.ground.metric) if room.own.grade not in ("", FlightGrade.LOST) else None
+    return "–" if value is None else units.quantity(value, units.metric(room.ground.metric)[1])
 
 
 def grade(attempt: Attempt) -> str:
@@ -173,7 +187,7 @@ def teacher_page(room: Room) -> str:
         '<p id="offline" role="alert" hidden>The class does not answer. The board may be old.</p>',
         teacher_news(room), heading("Board", "ranking"), board(room),
         f'<ul class="screen">{"".join(f"""<li><a href="{place}" download>{words}</a></li>""" for place, words in csvs)}</ul>',
-        heading("Students", "students"), *students,
+        heading("Students", "students"), paragraph("Code in a submission is never run."), *students,
     ]  # fmt: skip
     return page_text(f"{room.mission.name}: teacher", [*body, SCRIPT], "Class", STYLE)
 
