@@ -9,10 +9,11 @@ import pytest
 from quadstep import Mission
 from quadstep.engines.fly import fly
 from quadstep.linear import grade as grade_module
+from quadstep.linear import worst
 from quadstep.linear.analysis import analyse_rest, limits
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, Grade, grade, graded, quick_grade, whole_grade
 from quadstep.linear.margins import MarginLimits
-from quadstep.linear.run import flown_from_rest, record
+from quadstep.linear.run import flown_from_rest, record, with_limit
 from quadstep.linear.tables import sentences
 from quadstep.mission.read import read_mission
 from quadstep.page.folder import open_result, results
@@ -85,6 +86,8 @@ def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis
         f"Fragile: phase margin {math.degrees(phase.value):.1f}° in {phase.channel} (less than 30.0°); least gain margin "
         f"{gain.value:.1f} dB ({gain.channel}), delay margin {1e3 * delay.value:.1f} ms ({delay.channel})."
     )
+    with_limits = [with_limit(one, analysis).more for one in worst.facts([("", analysis)])]
+    assert [one.partition("; a sound loop has at least ")[2] for one in with_limits] == ["6.0 dB", "30.0°", ""]
     content = record(analysis, [])
     assert (content["grade"], content["stable"]) == (FRAGILE, True)
     assert content["limits"] == {"gain[dB]": 6.0, "phase[rad]": math.radians(30.0), "delay[s]": 0.0}
@@ -100,6 +103,9 @@ def test_a_loop_that_grows_is_unstable_and_names_what_grows():
 def test_a_loop_without_rest_or_slopes_is_said_to_be_so():
     heavy = Mission(vehicle={"preset": "crazyflie", "mass": 0.2}, path=HOLD)
     assert grade(heavy).word == NO_REST
+    storm = grade(hover("geometric", wind={"mean": [0.0, 40.0, 0.0]}))
+    assert storm.word == NO_REST
+    assert storm.why.startswith("it cannot hover in this wind of 40 m/s: ")
     assert grade(hover("mppi")).word == UNKNOWN
 
 

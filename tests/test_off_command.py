@@ -2,12 +2,15 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from quadstep.engines.fly import fly
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import FlightLog
 from quadstep.mission.read import read_mission
 from quadstep.page.build import fly_missions
-from quadstep.studies.flight_report import write_report
+from quadstep.studies.flight_report import left_path, write_report
 from tests.commands import write
 from tests.needs import CHROMIUM, needs, package
 
@@ -25,8 +28,10 @@ def said(folder, law, wind):
     """What the report of a flight says of it."""
     mission = read_mission(write(folder, TEXT.format(law=law, wind=wind)))
     log = fly(mission.plan(folder))
-    write_report(folder / "report.html", mission, log, mission.flight_metrics(log)[0], (), {})
-    return SENTENCE.search((folder / "report.html").read_text(encoding="utf-8"))
+    write(folder, "<svg></svg>", "attitude.svg")
+    write_report(folder / "report.html", mission, log, mission.flight_metrics(log)[0], (), {"attitude": "Angles."})
+    caption = re.search(r"<figcaption>.*?</figcaption>", (folder / "report.html").read_text(encoding="utf-8"), re.DOTALL)
+    return SENTENCE.search(caption[0])
 
 
 @pytest.mark.parametrize(
@@ -36,6 +41,18 @@ def test_a_report_says_why_the_attitude_stays_off_its_command(tmp_path, law, win
     found = said(tmp_path, law, wind)
     assert (found is not None) == (off > 0)
     assert found is None or abs(int(found[1]) - off) <= 2
+
+
+@pytest.mark.parametrize(("largest", "lowest"), [(9.0, 1.0), (33.0, 1.0), (33.0, -4.0)])
+def test_a_flight_farther_from_its_path_than_that_is_wide_is_said_not_to_keep_it(largest, lowest):
+    columns = {"t": "s", "x": "m", "z": "m", "x_d": "m", "z_d": "m"}
+    log = FlightLog(
+        columns, np.array([[0.0, 0.0, 10.0, 0.0, 10.0], [1.0, 0.0, lowest, 10.0, 10.0]]), Outcome.COMPLETED, 1.0, None
+    )
+    found = left_path(log, {"largest_error[m]": largest}).replace("\u00a0", " ")
+    off = "The vehicle did not keep its path: it was 33.0 m off a path that is 10.0 m across"
+    sank = ", and it sank to z = −4.00 m, below z = 0" if lowest < 0.0 else ""
+    assert found == (f"{off}{sank}." if largest > 10.0 else "")
 
 
 @pytest.fixture(scope="module")

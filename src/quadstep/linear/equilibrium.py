@@ -18,10 +18,13 @@ from quadstep.linear.states import (
     NoSlopeError,
     NotLinearError,
     commanded,
+    in_words,
     relative_difference,
+    short,
     states,
     with_states,
 )
+from quadstep.linear.wind_limit import cannot_hover
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.lagrange import LagrangeMission, VehicleSection
@@ -29,6 +32,7 @@ from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.paths import StepPath
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
+from quadstep.report.units import number
 from quadstep.sensing.sensors import filled
 
 WARM = BEGUN = 0.1
@@ -142,6 +146,8 @@ def at_rest(plan: FlightPlan) -> Rest:
             if bent:
                 break
     if bent is None:
+        if why := cannot_hover(plan):
+            raise NoRestError(f"no rest found: {why}")
         raise min(reversed(reasons), key=lambda one: getattr(one, "left", np.inf))
     return with_others(bent)
 
@@ -177,7 +183,8 @@ def newton(loops: Loops, flown: LoopState, first: int) -> Rest:
                 break  # the step before is what can be told of
             raise NoRestError("no rest found: a state or a derivative is no longer finite")
         worst = int(np.argmax(np.abs(left / (1.0 + np.abs(period.period.values)))))
-        moves = f"{period.period.names[worst]} still changes by {left[worst]:.3g} in {period.period.length:g} s"
+        what = in_words([short(period.period.names)[worst]], short(period.period.names), period.period.pose.names)
+        moves = f"{what} still changes by {number(left[worst])} in {period.period.length:g} s"
         if size < AT_REST:
             outcome(loops, flown, first)
             if period.period.broken:
@@ -188,7 +195,7 @@ def newton(loops: Loops, flown: LoopState, first: int) -> Rest:
             break
         change, *_ = np.linalg.lstsq(period.map - np.eye(len(left)), -left, rcond=1e-12)
         flown = better(loops, flown, first, period, change.astype(np.float64), size)
-    raise NoRestError(f"no rest found: {moves} after {len(sizes)} steps of Newton's method", sizes[-1])
+    raise NoRestError(f"no rest found: where the search ended, {moves}", sizes[-1])
 
 
 def with_pieces(rest: Rest) -> Rest:

@@ -162,7 +162,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     draw(out / FIGURES, found, moves, sheet.with_svg())
     margins = f"{mission.name}: margins, one loop opened at a time"
     return done._replace(
-        facts=worst.facts([("", found)]),
+        facts=[with_limit(one, found) for one in worst.facts([("", found)])],
         figures=[Figure(f"{FIGURES}/{name}", caption) for name, caption in captions(found, moves).items()],
         sections=[
             TableSection("Margins", "margins", tables.MARGIN_HEADER, tables.margin_rows(found), tables.METHOD, shown=margins),
@@ -171,6 +171,13 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
             TableSection("Steps of the path", "steps", tables.STEP_HEADER, tables.step_rows(moves)),
         ],
     )
+
+
+def with_limit(fact: markup.Fact, analysis: Analysis) -> markup.Fact:
+    """A least margin with what a sound loop needs of it, where that is more than nothing."""
+    asked = (one for one in graded(analysis).measures if one.limit and fact.what == f"least {one.what} margin")
+    needed = (f"a sound loop has at least {one.text(one.limit)}" for one in asked)
+    return fact._replace(more="; ".join(filter(None, (fact.more, *needed))))
 
 
 def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:

@@ -66,12 +66,11 @@ def rest_of(metrics: Mapping[str, object]) -> Mapping[str, str]:
 
 
 def at_rest(rest: Mapping[str, str], whose: str = "its loop") -> str:
-    """A grade beside other results, in words without a full stop; empty where none is known."""
+    """A grade beside other results, in words without a full stop; empty where none is known. It may come without why."""
     if not rest:
         return ""
-    if rest["grade"] == NO_REST:
-        return f"no rest was found for {whose}: {rest['why']}"
-    return f"at rest {whose} is {rest['grade']}: {rest['why']}"
+    why = f": {rest['why']}" if "why" in rest else ""
+    return f"no rest was found for {whose}{why}" if rest["grade"] == NO_REST else f"at rest {whose} is {rest['grade']}{why}"
 
 
 def at_rest_sentences(rest: Mapping[str, str], whose: str = "its loop") -> list[str]:

@@ -22,7 +22,7 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io import files
 from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
-from quadstep.metrics.registry import AT_REST, Metrics
+from quadstep.metrics.registry import AT_REST, Metrics, at_rest
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.clock import MOST_ROWS
 from quadstep.mission.data_files import KEY as PARAMETERS
@@ -173,7 +173,7 @@ def loop(content: dict[str, object]) -> str:
     """The grade of a flight's loop at rest, to follow how it ended; nothing where it is not known."""
     rest = content.get(AT_REST)
     word = rest.get("grade") if isinstance(rest, dict) else None
-    return f"; at rest its loop is {word}" if isinstance(word, str) else ""
+    return f"; {at_rest({'grade': word})}" if isinstance(word, str) else ""
 
 
 def grade(content: dict[str, object]) -> str:

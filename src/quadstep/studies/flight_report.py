@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+import numpy as np
+
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.off_command import off_command
@@ -13,6 +15,7 @@ from quadstep.metrics.registry import Metrics, group, metric, rest_of
 from quadstep.metrics.verdict import graded
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
+from quadstep.report.panels import in_space
 
 if TYPE_CHECKING:
     from quadstep.mission.schema import Mission
@@ -31,13 +34,15 @@ def write_report(
     """Write it beside the flight's other files. figures: their captions by path from there, without ending. why: it ended
     early, if known. ending: the state that ended it, as in metrics.json.
     """
-    drawn, counted = [Figure(name, caption) for name, caption in figures.items()], errors_since(mission)
+    off = off_command(log, mission.controller.controller.off_command) if "position" in metrics else ""
+    seen = [name for name in figures if Path(name).name == "attitude"]
+    drawn = [Figure(name, f"{text} {off}".strip() if name in seen else text) for name, text in figures.items()]
+    counted = errors_since(mission)
     places = [("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")]
     sections: list[Section] = [markup.links(places)]
     if "position" in metrics:
         said = f"Counted{counted}; figures show all of the flight. " if counted else ""
-        said += off_command(log, mission.controller.controller.off_command)
-        sections.append(TableSection("Errors", "errors", HEADER, error_rows(metrics), said))
+        sections.append(TableSection("Errors", "errors", HEADER, error_rows(metrics), said + ("" if seen else off)))
     if drawn[IN_SUMMARY:]:
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]
     content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2, exclude_none=True))
@@ -49,10 +54,10 @@ def write_report(
         [*facts(metrics, counted), *own_facts(mission, metrics)],
         log.outcome is not Outcome.COMPLETED and len(log.rows),
     )
-    said = answer(log, metrics, why, counted + cut(mission))
+    lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission))]
+    first, *more = [*filter(None, lines), *([of_log(log, ending)] if kept else [])]
     found = Evidence(
-        mission.name, "Flight", said, (), {}, measured, drawn[:IN_SUMMARY], sections,
-        more=[of_log(log, ending)] if kept else [], warnings=warnings, fold=(),
+        mission.name, "Flight", first, (), {}, measured, drawn[:IN_SUMMARY], sections, more=more, warnings=warnings, fold=(),
     )  # fmt: skip
     path.write_text(found.html(path.parent), encoding="utf-8")
 
@@ -74,6 +79,17 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -
     off, but = metrics.get("position_rmse[m]"), " and ".join(graded(metrics).reasons)
     error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{counted}" if off is not None else ""
     return f"The flight completed {log.ended:g} s{error}{f', but {but}' if but else ''}."
+
+
+def left_path(log: FlightLog, metrics: Metrics) -> str:
+    """That a flight to its end was farther from its path than that is wide, in a sentence; "" where it was not."""
+    largest, size = metrics.get("largest_error[m]"), float(np.ptp(in_space(log, "_d"), axis=0).max()) if len(log.rows) else 0.0
+    if log.outcome is not Outcome.COMPLETED or not size or not isinstance(largest, float) or largest <= size:
+        return ""
+    low = float(log.column("z").min()) if {"z", "z_d"} <= log.columns.keys() and log.column("z_d").min() >= 0.0 else 0.0
+    sank = f", and it sank to z = {units.quantity(low, 'm')}, below z = 0" if low < 0.0 else ""
+    off = f"it was {units.quantity(largest, 'm')} off a path that is {units.quantity(size, 'm')} across"
+    return f"The vehicle did not keep its path: {off}{sank}."
 
 
 KINDS = (

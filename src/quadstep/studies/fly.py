@@ -31,7 +31,8 @@ from quadstep.report.panels import jobs_to_draw, labels_of
 from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
-from quadstep.studies.flight_report import cut, error_rows, errors_since, of_log, own_facts, write_report
+from quadstep.report.units import quantity
+from quadstep.studies.flight_report import cut, error_rows, errors_since, left_path, of_log, own_facts, write_report
 
 REPORT = "report.html"
 
@@ -271,9 +272,9 @@ def summarise(
     ]
     completed = log.outcome is Outcome.COMPLETED
     if completed:
-        error = f"position RMSE {1e3 * metric(metrics, 'position_rmse[m]'):.4g} mm{counted}"
+        error = f"position RMSE {quantity(metric(metrics, 'position_rmse[m]'), 'm')}{counted}"
         but = graded(metrics).sentence
-        ending = f"Completed {log.ended:g} s; {error}." + (f" {but}" if but else "")
+        ending = " ".join(filter(None, (left_path(log, metrics), f"Completed {log.ended:g} s; {error}.", but)))
     else:
         kept = f"The log up to that point is kept. {of_log(log, ended)}" if len(log.rows) else "Its log is empty."
         ending = f"Lost at {log.ended:g} s: {why or REASONS[log.outcome]}. {kept}"
