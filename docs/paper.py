@@ -22,7 +22,7 @@ ROOT = HERE.parent
 
 BOXES = (
     ("path", "minimum jerk, waypoints,\ncurves, recordings\nEqs 68-75"),
-    ("position loop", "filtered error, wanted\nforce, first net\nEqs 11-24"),
+    ("position loop", "filtered error, desired\nforce, first net\nEqs 11-24"),
     ("inversion", "thrust, attitude,\ncommand filter\nEqs 40-52"),
     ("attitude loop", "filtered error, torque,\nsecond net\nEqs 27-35, 54"),
     ("rotors", "map, inverse,\nlimits\nEq. 5"),
@@ -67,7 +67,7 @@ def envelope(axes: Axes) -> None:
         for t in set(flown) - set(kept):
             axes.plot([t], [3e3], marker="x", color=style["color"], markersize=8)
             axes.annotate(f"{name}: diverged", (t, 3e3), (t + 0.5, 2e3), fontsize=8)
-    axes.set(xscale="log", yscale="log", xlabel="time for Case 1's way t_f [s]", ylabel="position RMSE [mm]")
+    axes.set(xscale="log", yscale="log", xlabel="time to fly Case 1's path, t_f [s]", ylabel="position RMSE [mm]")
     axes.set_xticks(STRESS_TIMES, [f"{t:g}" for t in STRESS_TIMES])
     axes.yaxis.set_major_formatter("{x:g}")
     axes.minorticks_off()

@@ -301,10 +301,16 @@ def test_every_key_of_every_file_says_what_it_means(name):
 
 def test_keys_say_unit_range_and_default():
     text = keys.page("mission-file")
-    assert "| `radius` | a number above 0 | m | needed | radius of the circle |" in text
-    assert "| `height` | a number from 3 to 305 | m | `6.096` |" in text
-    assert '| `kinematics` | `"standard"`, `"printed"`, `"rigid"` |  | `"standard"` |' in text
-    assert "| `k_x` | one number or three numbers above 0 | 1/s^2 | suits the vehicle | stiffness of" in text
+    assert "| `radius` | radius of the circle | a number above 0 | m | needed |" in text
+    assert " | a number from 3 to 305 | m | `6.096` |" in text
+    assert ' | `"standard"`, `"printed"`, `"rigid"` |  | `"standard"` |' in text
+    assert re.search(
+        r"^\| `k_x` \| stiffness of .* \| one number or three numbers above 0 \| 1/s\^2 \| scaled to the vehicle \|$",
+        text,
+        re.M,
+    )
+    assert "| `controller` | the control law | one of the tables " in text
+    assert "the paper's disturbance (Eq. 67), plus" in text
 
 
 def test_the_index_of_equations_has_each_with_file_and_test():

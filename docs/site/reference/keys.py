@@ -1,5 +1,6 @@
 """The pages of the keys of each kind of file, from the models that check these files."""
 
+import re
 import types
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -19,7 +20,7 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.declared import declared_kind
 from quadstep.mission.derived import ControllerSection, NetsSection, section_of
 from quadstep.mission.distributions import Choice, CorrelatedKeys, Grid, LogNormal, Normal, Sobol, Uniform
-from quadstep.mission.fields import Quantity, as_diagonal, non_negative, positive
+from quadstep.mission.fields import Quantity, Section, as_diagonal, non_negative, positive
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.schema import Mission
@@ -70,6 +71,19 @@ HOMES: dict[Model, str] = {
     **dict.fromkeys((Uniform, Sobol, Normal, LogNormal, Choice, Grid, CorrelatedKeys), "campaign-file"),
 }
 """Tables that several kinds of file have, and the page that has them."""
+
+
+MEANINGS = {
+    "vehicle": "what flies",
+    "path": "the path to follow",
+    "controller": "the control law",
+    "events": "what changes during the flight",
+    "limits": "beyond which a flight counts as lost",
+}
+"""Of keys that hold one of several tables, or one that has no text of its own."""
+
+NAMES = ("Dryden",)
+"""Words with which a meaning begins in a capital letter."""
 
 
 class Key(NamedTuple):
@@ -185,7 +199,7 @@ def default_of(field: FieldInfo, model: Model) -> str:
         return "needed"
     value = field.get_default(call_default_factory=True)
     if value is None and issubclass(model, ControllerSection | NetsSection) and "weights.json" not in str(field.metadata):
-        return "suits the vehicle"
+        return "scaled to the vehicle"
     if isinstance(value, BaseModel):
         return code(getattr(value, "type", ""))
     return "" if value in (None, (), {}, "") else code(written(value))
@@ -210,7 +224,7 @@ def keys(model: Model) -> Iterator[Key]:
         whole = takes(field.annotation, tuple(field.metadata))
         if len(inner) > 1:
             whole = f"one of the tables {', '.join(f'[{kind_name(one)}](#{anchor(one)})' for one in inner)}"
-        meaning = note.meaning or (first_paragraph(inner[0]).partition(". ")[0].rstrip(".") if len(inner) == 1 else "")
+        meaning = note.meaning or (summary(inner[0]) if len(inner) == 1 else "") or MEANINGS.get(name, "")
         yield Key(name, whole, note.unit if note.unit != "-" else "", default_of(field, model), meaning)
 
 
@@ -238,10 +252,17 @@ def first_paragraph(model: Model) -> str:
     return " ".join(text.split())
 
 
+def summary(model: Model) -> str:
+    """What a table is, as its key says it; nothing of a table that says no more than that it is one."""
+    text = "" if model.__doc__ == Section.__doc__ else re.split(r"\.(?: (?=[A-Z])|$)", first_paragraph(model))[0]
+    return text if text.startswith(NAMES) else text[:1].lower() + text[1:]
+
+
 def section(model: Model, path: str) -> str:
     """One table."""
-    rows = [(code(one.name), one.takes, plain(one.unit), one.default, prose(one.meaning)) for one in keys(model)]
-    body = table(("key", "takes", "unit", "if left out", "meaning"), rows)
+    rows = [(code(one.name), prose(one.meaning), one.takes, plain(one.unit), one.default) for one in keys(model)]
+    body = table(("key", "meaning", "takes", "unit", "if left out"), rows)
+    body = f":::{{container}} keys\n\n{body}\n:::\n"
     title = f"({anchor(model)})=\n### {heading(model, path)}\n\n" if path else ""
     return f"{title}{prose(first_paragraph(model))}\n\n{body}"
 

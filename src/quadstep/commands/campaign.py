@@ -86,7 +86,9 @@ def envelope(
     x: Annotated[str, typer.Option(metavar="KEY=a:b:n", help="Horizontal axis: n values from a to b; or KEY=v1,v2,...")],
     y: Annotated[str, typer.Option(metavar="KEY=a:b:n", help="Vertical axis, in the same form.")],
     by: Annotated[str | None, typer.Option(metavar="KEY=v1,v2", help="One panel per value.")] = None,
-    flights: Annotated[int | None, typer.Option(help="Flights per cell; default: 1, or 20 if flights differ.")] = None,
+    flights: Annotated[
+        int | None, typer.Option(help="Flights per cell; default: 1, or 20 if the mission has random elements.")
+    ] = None,
     failure: Annotated[
         list[str] | None,
         typer.Option(metavar="METRIC=MOST", help="Limit above which a flight counts as failed; may be repeated."),
@@ -120,7 +122,7 @@ def tune(
     mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="Mission file with a table [tune].")],
     budget: Annotated[int, typer.Option(help="Maximum number of flights in total.")],
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-tuned.")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the search and of all that differs between flights.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed for the search and all random variation.")] = 1,
     overwrite: OverwriteOption = False,
     *,
     delivery: Delivery,

@@ -83,7 +83,7 @@ def export(
     mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="Mission file (TOML) whose controller is exported.")],
     target: Annotated[str, typer.Option(help="c99, crazyflie, px4 or ardupilot.")] = "c99",
     out: Annotated[Path | None, typer.Option(help="Folder for the files; default: out/<mission's name>-<target>.")] = None,
-    precision: Annotated[str, typer.Option(help="Numbers of the C code: f32 or f64.")] = "f32",
+    precision: Annotated[str, typer.Option(help="Floating-point type of the generated C: f32 or f64.")] = "f32",
     measure: Annotated[
         bool,
         typer.Option(

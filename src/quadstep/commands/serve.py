@@ -102,7 +102,7 @@ def open_in_browser(address: str) -> None:
 def explain(
     out: Annotated[Path, typer.Option(help="HTML file to write.")] = Path("out/article.html"), show: OpenOption = False
 ) -> None:
-    """Write the paper as an article: five figures that fly its laws as you drag.
+    """Explain the paper in an article: five figures that fly its laws as you drag.
 
     One HTML file: no network, no installation. Replaces an existing page of quadstep, but never any other file.
     """
@@ -125,7 +125,7 @@ def serve(
     host: Annotated[
         str,
         typer.Option(
-            metavar="ADDRESS", help="Listen on this address for others, who need the token in the link; 0.0.0.0: on all."
+            metavar="ADDRESS", help="Address on which others can connect (they need the token in the link); 0.0.0.0 means all."
         ),
     ] = "127.0.0.1",
     show: OpenOption = False,
@@ -200,7 +200,7 @@ def serve_setpoints(
     kind: Annotated[str, typer.Option(help="What each setpoint contains: position, attitude or rates.")] = "position",
     rate: Annotated[float, typer.Option(metavar="HZ", help="Setpoints per second, 2 to 200.")] = 50.0,
     hold: Annotated[
-        float, typer.Option(metavar="SECONDS", help="How long the last point is sent after the path, at rest.")
+        float, typer.Option(metavar="SECONDS", help="How long to keep sending the end point after the path is finished.")
     ] = 10.0,
 ) -> None:
     """Send a mission's path to a vehicle as MAVLink setpoints, in real time; never arms or changes the mode.

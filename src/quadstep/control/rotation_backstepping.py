@@ -105,7 +105,7 @@ class RotationMemory(NamedTuple):
 
 @dataclass(frozen=True)
 class RotationBackstepping(Controller):
-    """The law; `guide` is the position loop, `law` the attitude loop."""
+    """Adaptive backstepping on the rotation group: `guide` is the position loop, `law` the attitude loop."""
 
     name = "rotation-backstepping"
     label = "adaptive backstepping on the rotation group"

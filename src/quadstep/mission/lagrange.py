@@ -164,9 +164,7 @@ class LimitsSection(Section):
 class LagrangeMission(Mission):
     """A mission file for the paper's plant."""
 
-    name: Annotated[Name, Quantity("", "name of the flight, shown in its results; of a file without it: the file's")] = (
-        "Flight"
-    )
+    name: Annotated[Name, Quantity("", "name of the flight, shown in its results; default: the file's name")] = "Flight"
     vehicle: VehicleSection = VehicleSection()
     path: AnyPath
     controller: AnyController = USUAL_CONTROLLER

@@ -188,9 +188,7 @@ class AirframeLimitsSection(Section):
 class MultirotorMission(Mission):
     """A mission file for a real vehicle: `vehicle` names a preset or a file."""
 
-    name: Annotated[Name, Quantity("", "name of the flight, shown in its results; of a file without it: the file's")] = (
-        "Flight"
-    )
+    name: Annotated[Name, Quantity("", "name of the flight, shown in its results; default: the file's name")] = "Flight"
     seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "seed of all noise and turbulence")] = 1
     vehicle: AirframeSection
     path: AnyPath

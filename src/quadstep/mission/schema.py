@@ -40,7 +40,7 @@ from quadstep.sensing.suite import Suite
 
 
 class MarginsSection(Section):
-    """Least stability margins of a loop that is graded sound; they affect no flight."""
+    """Minimum margins for a loop to be graded sound; they affect no flight."""
 
     gain: Annotated[NonNegative, Quantity("dB", "least gain margin, upwards and downwards")] = LEAST_GAIN
     phase: Annotated[NonNegative, Field(le=math.pi), Quantity("rad", "least phase margin")] = LEAST_PHASE

@@ -92,9 +92,7 @@ NOT_FLOWN = {
 class CampaignFile(Section):
     """A campaign file: which mission, how often, what varies, what counts as failure."""
 
-    name: Annotated[Name, Quantity("", "name of the campaign, shown in its results; of a file without it: the file's")] = (
-        "Campaign"
-    )
+    name: Annotated[Name, Quantity("", "name of the campaign, shown in its results; default: the file's name")] = "Campaign"
     mission: Annotated[
         str | dict[str, object], Quantity("", "a mission file, relative to this file's folder, or a whole mission as a table")
     ]
