@@ -22,7 +22,15 @@ from docs.site.reference.files import page as files_page
 from docs.site.reference.python import page as python_page
 from docs.site.running import Ran, prepare
 from docs.site.runs import run_one
-from docs.site.writing import accessible, with_flights, with_further, with_links, with_listings, with_sections
+from docs.site.writing import (
+    accessible,
+    with_flights,
+    with_further,
+    with_links,
+    with_listings,
+    with_sections,
+    without_annotations,
+)
 from tests.commands import write
 from tests.needs import CHROMIUM, SITE, needs
 
@@ -318,10 +326,16 @@ def test_the_index_of_equations_has_each_with_file_and_test():
     for number in range(1, 76):
         (line,) = re.findall(rf"^\| {number} \|.*$", text, flags=re.MULTILINE)
         cells = line.split(" | ")
-        assert (ROOT / cells[3].strip("`")).is_file()
-        assert all((ROOT / "tests" / one).is_file() for one in re.findall(r"`(test_\w+\.py)`", cells[4]))
-        assert "test_" in cells[4]
+        assert (ROOT / cells[4].split("`")[3]).is_file()
+        assert all((ROOT / "tests" / one).is_file() for one in re.findall(r"`(test_\w+\.py)`", cells[5]))
+        assert "$" in cells[2] and "<details>" in cells[5] and "test_" in cells[5]
     assert equations.numbers("Eq. 5, Eqs 9 and 10, Eqs 68-70") == {5, 9, 10, 68, 69, 70}
+
+
+@needs(SITE)
+def test_the_search_passes_over_the_source_of_formulas():
+    search = next((Path(find_spec("sphinx").origin).parent / "themes" / "basic" / "static").glob("searchtools.js*"))
+    assert '"style", "annotation"]' in without_annotations(search.read_text(encoding="utf-8"))
 
 
 def test_a_search_for_any_equation_finds_it():

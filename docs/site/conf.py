@@ -36,6 +36,7 @@ html_extra_path: list[str] = []
 html_favicon = str(here / "static" / "icon.svg")
 html_css_files = ["colours.css", "formulas.css", "theme.css"]
 html_js_files = ["frames.js"]
+html_search_scorer = str(here / "scores.js")
 html_copy_source = False
 html_show_sourcelink = False
 html_show_sphinx = False

@@ -118,6 +118,14 @@ def accessible(page: str) -> str:
     return page
 
 
+def without_annotations(search: str) -> str:
+    """Sphinx's search, which then shows a formula once, without the LaTeX that a page has for those who copy it."""
+    passed_over = '[".headerlink", "script", "style"'
+    if passed_over not in search:
+        raise ValueError("searchtools.js: no longer says what it passes over")
+    return search.replace(passed_over, passed_over + ', "annotation"')
+
+
 def embedded(name: str, caption: str) -> str:
     """A page that flies, inside a page of the site. name: may end in the figure that it shows alone, as `?figure=nested`."""
     said, whole = caption or "The page of this flight", name.partition("?")[0]

@@ -9,13 +9,14 @@ from docs.site.pages import ROOT
 from docs.site.reference.markdown import code, plain, table
 from quadstep.proofs.verify.equation_row import EquationRow, EquationVerdict
 from quadstep.proofs.verify.registry import all_rows
+from quadstep.report.mathml import dollars
 
 HEAD = """\
 # The equations of the paper
 
-Where each equation of the paper stands in the code, which tests call that code or name the equation, and whether it is
-corrected. Besides these, `tests/test_verify.py` asks for the evidence of every row, as `quadstep verify` prints it (of one:
-`quadstep verify --only 24`).
+Each equation as the paper prints it, where it stands in the code, which tests call that code or name the equation, and
+whether it is corrected. Besides these, `tests/test_verify.py` asks for the evidence of every row, as `quadstep verify` prints
+it (of one: `quadstep verify --only 24`).
 """
 
 
@@ -66,14 +67,22 @@ def file_of(row: EquationRow) -> str:
     return (path if (ROOT / path).is_file() else Path("src") / module / "__init__.py").as_posix()
 
 
+def printed(row: EquationRow) -> str:
+    """The equation as the paper prints it, its formulas typeset."""
+    parts = re.split(r"(\$[^$]+\$)", dollars(row.printed))
+    return "".join(part.replace("|", r"\vert ") if part.startswith("$") else plain(part) for part in parts)
+
+
 def line(row: EquationRow) -> tuple[str, ...]:
     """One row of the table."""
-    named = ", ".join(map(code, tests_of(row))) or code("test_verify.py")
+    by = tests_of(row) or ["test_verify.py"]
+    named = f"<details><summary>{len(by)}</summary>{' '.join(map(code, by))}</details>"
     verdict = f"[{row.verdict}](../errata.md)" if row.verdict is EquationVerdict.CORRECTED else str(row.verdict)
-    return plain(row.number), plain(row.what), code(row.where.partition(":")[2]), code(file_of(row)), named, verdict
+    held_by = f"{code(row.where.partition(':')[2])} in {code(file_of(row))}"
+    return plain(row.number), plain(row.what), printed(row), verdict, held_by, named
 
 
 def page() -> str:
     """The whole page."""
-    header = ("equation", "what", "function", "file", "tests", "verdict")
+    header = ("equation", "what", "as printed", "verdict", "code", "tests")
     return f"{HEAD}\n{table(header, map(line, all_rows()))}"
