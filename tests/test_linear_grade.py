@@ -11,10 +11,12 @@ from quadstep.engines.fly import fly
 from quadstep.linear import grade as grade_module
 from quadstep.linear import worst
 from quadstep.linear.analysis import analyse_rest, limits
+from quadstep.linear.equilibrium import hovering
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, Grade, grade, graded, quick_grade, whole_grade
 from quadstep.linear.margins import MarginLimits
 from quadstep.linear.run import flown_from_rest, record, with_limit
 from quadstep.linear.tables import sentences
+from quadstep.linear.wind_limit import cannot_hover
 from quadstep.mission.read import read_mission
 from quadstep.page.folder import open_result, results
 from tests.commands import quadstep, strict_json, write
@@ -105,6 +107,7 @@ def test_a_loop_without_rest_or_slopes_is_said_to_be_so():
     assert grade(heavy).word == NO_REST
     storm = grade(hover("geometric", wind={"mean": [0.0, 40.0, 0.0]}))
     assert storm.word == NO_REST
+    assert not cannot_hover(hovering(Mission(path=HOLD)))  # the paper's plant, in no wind
     assert storm.why.startswith("it cannot hover in this wind of 40 m/s: ")
     assert grade(hover("mppi")).word == UNKNOWN
 

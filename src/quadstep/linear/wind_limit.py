@@ -19,7 +19,8 @@ TILTS, SPEEDS, CLEARLY = 90, 5, 0.03
 def cannot_hover(plan: FlightPlan) -> str:
     """Why no tilt holds height and place in the mean wind, in a clause; "" where one may."""
     plant, p = plan.loop.plant, plan.parameters
-    x, y, z = (float(one) for one in getattr(p.wind, "mean", (0.0, 0.0, 0.0)))
+    wind = getattr(p, "wind", None)  # the paper's plant has none
+    x, y, z = (float(one) for one in getattr(wind, "mean", (0.0, 0.0, 0.0)))
     strength = math.hypot(x, y)
     if not (isinstance(plant, Multirotor) and strength):
         return ""
@@ -36,5 +37,5 @@ def cannot_hover(plan: FlightPlan) -> str:
             best = max(best, min(up, -(a * x + b * y) / strength))
     if best > -CLEARLY * float(p.airframe.gravity):
         return ""
-    wind = math.hypot(strength, z)
-    return f"it cannot hover in this wind of {wind:.3g} m/s: at no tilt do its rotors carry it and hold against the wind"
+    total = math.hypot(strength, z)
+    return f"it cannot hover in this wind of {total:.3g} m/s: at no tilt do its rotors carry it and hold against the wind"
