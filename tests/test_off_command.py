@@ -53,6 +53,8 @@ def test_a_flight_farther_from_its_path_than_that_is_wide_is_said_not_to_keep_it
     off = "The vehicle did not keep its path: it was 33.0 m off a path that is 10.0 m across"
     sank = ", and it sank to z = −4.00 m, below z = 0" if lowest < 0.0 else ""
     assert found == (f"{off}{sank}." if largest > 10.0 else "")
+    log.rows[0, 1] = 33.0  # where it began
+    assert not left_path(log, {"largest_error[m]": largest})
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ import numpy as np
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
+from quadstep.linear.wind_limit import cannot_hover
 from quadstep.metrics.verdict import FlightGrade, graded
 from quadstep.mission.schema import Mission
 from tests.challenge.search import Attempt, Search
@@ -121,7 +122,38 @@ def shakes(seed: int) -> Iterable[Attempt]:
         yield Attempt(2.0 if (called and every < STILL) or (quick > STRONG and not called) else 0.0, said)
 
 
+def held(seed: int) -> Iterable[Attempt]:
+    """Vehicles in the weakest wind in which they are said not to be able to hover: how far does a PID let them drift?"""
+    random = np.random.default_rng(seed)
+    while True:
+        vehicle, heading = str(random.choice(VEHICLES)), float(random.uniform(-math.pi, math.pi))
+        content: dict[str, object] = {
+            "vehicle": {"preset": vehicle},
+            "path": {"type": "step", "start": [0.0, 0.0, 90.0], "end": [0.0, 0.0, 90.0], "duration": 2.0},
+            "controller": {"type": "pid"},
+            "simulation": {"duration": 60.0},
+        }
+        lift = float(random.choice([0.0, 0.0, 2.0, -2.0]))
+        low, high = 0.0, 200.0
+        while high - low > 0.001 * high:
+            speed = 0.5 * (low + high)
+            wind = {"mean": [speed * math.cos(heading), speed * math.sin(heading), lift]}
+            mission = Mission.model_validate(content | {"wind": wind})
+            low, high = (low, speed) if cannot_hover(mission.plan()) else (speed, high)
+        if high == 200.0:
+            continue
+        wind = {"mean": [high * math.cos(heading), high * math.sin(heading), lift]}
+        log = fly(Mission.model_validate(content | {"wind": wind}).plan())
+        late = log.rows[log.column("t") >= log.ended - 10.0]
+        place = [list(log.columns).index(name) for name in "xyz"]
+        drift = float(np.linalg.norm(np.ptp(late[:, place], axis=0)))
+        held = log.outcome is Outcome.COMPLETED and drift < 0.1
+        said = f"{vehicle}, wind {high:.6g} m/s at {heading:.6g} rad, {lift:g} m/s upwards: {drift:.3g} m in its last 10 s"
+        yield Attempt(2.0 if held else 0.0, said)
+
+
 SEARCHES = [
+    Search("cannot hover", "no vehicle holds its place in a wind in which it is said not to be able to hover", held),
     Search("as asked, a lost rotor", "no flight that loses a rotor 0.1 s before its end or earlier is as asked", lost_rotors),
     Search("as asked, far off", "no flight that is off its path by more than 3 m on average is as asked", far_off, bound=True),
     Search("shaking", "a flight is called shaking if its thrust's axis shakes, and not if it does not", shakes),

@@ -12,8 +12,8 @@ from quadstep.numbers.rotations import from_rotation_vector, quaternion_of, rota
 from quadstep.vehicle.multirotor import Multirotor, Spun
 from quadstep.vehicle.rigid_body import AirframeState
 
-TILTS, SPEEDS, CLEARLY = 90, 5, 0.03
-"""Tilts against the wind from 0° to 89°, and rotor speeds, that are tried; the share of gravity that has to be missing."""
+TILTS, SPEEDS, CLEARLY = 360, 5, 0.03
+"""Tilts against the wind from 0° to 90°, and rotor speeds, that are tried; the share of gravity that has to be missing."""
 
 
 def cannot_hover(plan: FlightPlan) -> str:
@@ -27,7 +27,7 @@ def cannot_hover(plan: FlightPlan) -> str:
     rotor, still = p.airframe.rotor, vector(0.0, 0.0, 0.0)
     state = cast(AirframeState, Loops(plan).begin().cycle.state)
     best = -math.inf
-    for tilt in np.radians(np.arange(TILTS)).tolist():
+    for tilt in np.linspace(0.0, 0.5 * math.pi, TILTS).tolist():
         lean = rotation_matrix(from_rotation_vector(vector(tilt * y / strength, -tilt * x / strength, 0.0)))
         attitude = quaternion_of(lean @ rotation_matrix(state.attitude))
         for speed in np.linspace(rotor.slowest, rotor.fastest, SPEEDS).tolist():

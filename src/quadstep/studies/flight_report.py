@@ -82,9 +82,13 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -
 
 
 def left_path(log: FlightLog, metrics: Metrics) -> str:
-    """That a flight to its end was farther from its path than that is wide, in a sentence; "" where it was not."""
-    largest, size = metrics.get("largest_error[m]"), float(np.ptp(in_space(log, "_d"), axis=0).max()) if len(log.rows) else 0.0
-    if log.outcome is not Outcome.COMPLETED or not size or not isinstance(largest, float) or largest <= size:
+    """That a flight to its end came farther from its path than that is wide, and than it began, in a sentence; or ""."""
+    largest = metrics.get("largest_error[m]")
+    if log.outcome is not Outcome.COMPLETED or not isinstance(largest, float) or not len(log.rows):
+        return ""
+    wanted = in_space(log, "_d")
+    size, begun = float(np.ptp(wanted, axis=0).max()), float(np.linalg.norm(in_space(log)[0] - wanted[0]))
+    if not size or largest <= max(size, 1.01 * begun):
         return ""
     low = float(log.column("z").min()) if {"z", "z_d"} <= log.columns.keys() and log.column("z_d").min() >= 0.0 else 0.0
     sank = f", and it sank to z = {units.quantity(low, 'm')}, below z = 0" if low < 0.0 else ""
