@@ -321,7 +321,7 @@ def test_correlated_keys_are_said_to_overlap_and_tables_and_grids_have_names(tmp
 def test_one_key_has_no_interactions_that_the_rest_could_be_due_to(tmp_path):
     one = {"position_rmse[m]": Estimate(0.4, 0.3, 0.5)}
     text = str(report_text.ranking(campaign(tmp_path, MASS), {"vehicle.mass": one}, {"position_rmse[m]": ("", None)}))
-    assert "vehicle mass explains 40.0 [30.0, 50.0] % of the variance. Whatever else is random" in text
+    assert "vehicle mass explains 40.0 [30.0, 50.0] % of the variance. The rest is due to whatever else is random" in text
     assert "interactions" not in text
 
 

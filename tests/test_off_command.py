@@ -49,12 +49,14 @@ def test_a_flight_farther_from_its_path_than_that_is_wide_is_said_not_to_keep_it
     log = FlightLog(
         columns, np.array([[0.0, 0.0, 10.0, 0.0, 10.0], [1.0, 0.0, lowest, 10.0, 10.0]]), Outcome.COMPLETED, 1.0, None
     )
-    found = left_path(log, {"largest_error[m]": largest}).replace("\u00a0", " ")
+    metrics = {"outcome": "completed", "largest_error[m]": largest, "relative_error": 3.0}
+    found = left_path(log, metrics).replace("\u00a0", " ")
     off = "The vehicle did not keep its path: it was 33.0 m off a path that is 10.0 m across"
     sank = ", and it sank to z = −4.00 m, below z = 0" if lowest < 0.0 else ""
     assert found == (f"{off}{sank}." if largest > 10.0 else "")
+    assert not left_path(log, metrics | {"relative_error": 0.01})  # as asked
     log.rows[0, 1] = 33.0  # where it began
-    assert not left_path(log, {"largest_error[m]": largest})
+    assert not left_path(log, metrics)
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.off_command import off_command
 from quadstep.metrics.registry import Metrics, group, metric, rest_of
-from quadstep.metrics.verdict import graded
+from quadstep.metrics.verdict import FlightGrade, graded
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 from quadstep.report.panels import in_space
@@ -82,9 +82,9 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -
 
 
 def left_path(log: FlightLog, metrics: Metrics) -> str:
-    """That a flight to its end came farther from its path than that is wide, and than it began, in a sentence; or ""."""
+    """That a flight not as asked came farther from its path than that is wide, and than it began, in a sentence; or ""."""
     largest = metrics.get("largest_error[m]")
-    if log.outcome is not Outcome.COMPLETED or not isinstance(largest, float) or not len(log.rows):
+    if graded(metrics).grade is not FlightGrade.FLEW_BUT or not isinstance(largest, float) or not len(log.rows):
         return ""
     wanted = in_space(log, "_d")
     size, begun = float(np.ptp(wanted, axis=0).max()), float(np.linalg.norm(in_space(log)[0] - wanted[0]))

@@ -221,7 +221,7 @@ def ranking(
         else:
             line = f"No single key explains a share of {name} that differs significantly from zero."
         if clear and len(shares) == 1:
-            line += " Whatever else is random in a flight, such as turbulence or noise, explains the rest."
+            line += " The rest is due to whatever else is random in a flight, and to the coarseness of the estimate."
         elif clear and not campaign.file.correlated:
             together = min(1.0, sum(one.value for one in shares.values()))
             line += f" Taken one by one, the keys explain {100.0 * together:.3g} % together;"
