@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from proofs.laws import NEURONS
 from proofs.statement import Claim, Setting, Statement, above, at_most, differs, equal, matrix_of, state, suppose, vector_of
+from proofs.terms import variable
 from quadstep.control.backstepping import (
     FORCE_INPUTS,
     TORQUE_INPUTS,
@@ -23,7 +24,6 @@ from quadstep.control.vectoring import shrink
 from quadstep.interfaces.learning import Net, output
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Vector, absolute, cos, exp, largest, smallest, sqrt, total
-from quadstep.program.terms import variable
 from quadstep.proofs.theory.lyapunov import STANDARD, ErrorMotion, closed_loop, lyapunov_rate, sum_squares
 from quadstep.proofs.theory.trials import LoopBatch
 from quadstep.vehicle.paper import Rotors, State, Vehicle, coriolis_torque, thrust_direction

@@ -1,10 +1,10 @@
 """The thrust's direction, the coupling columns B, the inversion: statements emitted from `control` and `vehicle`."""
 
 from proofs.statement import Statement, above, at_most, equal, state, vector_of
+from proofs.terms import variable
 from quadstep.control.completed_backstepping import coupling_columns, half_sine_ratio
 from quadstep.control.vectoring import invert_force, project
 from quadstep.numbers import Vector, sin
-from quadstep.program.terms import variable
 from quadstep.vehicle.paper import thrust_direction
 
 TILT, WANTED = vector_of("a", 2), vector_of("w", 2)

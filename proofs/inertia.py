@@ -1,9 +1,9 @@
 """The inertia J, its derivatives and Coriolis matrix: statements emitted from `vehicle.lagrange`."""
 
 from proofs.statement import Statement, above, at_most, differs, equal, matrix_of, state, vector_of
+from proofs.terms import variable
 from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Matrix, Vector, sin, solve_symmetric, total
-from quadstep.program.terms import variable
 from quadstep.vehicle.paper import coriolis, coriolis_torque, effective_inertia, effective_inertia_partials
 
 ATTITUDE = Vector((variable("psi"), variable("theta"), variable("phi")))

@@ -1,10 +1,10 @@
 """Learning, the command filter and the form of Theorem A: statements emitted from `control`."""
 
 from proofs.statement import Statement, above, at_most, equal, matrix_of, state, vector_of
+from proofs.terms import generalised, term, variable
 from quadstep.control.filters import Filtered, command_filter
 from quadstep.interfaces.learning import Net, weight_rate
 from quadstep.numbers import Matrix, Vector, exp
-from quadstep.program.terms import generalised, term, variable
 from quadstep.proofs.theory.lyapunov import inner
 
 NEURONS = 2

@@ -6,7 +6,7 @@ from operator import mul
 from typing import cast
 
 from proofs.statement import Stated
-from quadstep.program.terms import coq, term, variable, variables
+from proofs.terms import coq, term, variable, variables
 from quadstep.proofs.theory.region import BENDING, NORMS, R1, SIZE, LevelBounds, Setting, Shape, decay
 
 VECTORS = (

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from proofs.coq_run import UnprovedError
 from proofs.kernels import KERNELS, Kernel, kept, reduced
+from proofs.terms import Term, decimal, gappa, term, variable
 from quadstep.numbers.operation import QUARTER_TURN
-from quadstep.program.terms import Term, decimal, gappa, term, variable
 
 FORMATS = {True: "float<ieee_64, ne>", False: "float<ieee_32, ne>"}
 LEAST = {True: "1b-60", False: "1b-24"}

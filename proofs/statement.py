@@ -5,8 +5,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, cast
 
+from proofs.terms import Term, coq, generalised, term, variable, variables
 from quadstep.numbers import Matrix, Number, Vector, flatten
-from quadstep.program.terms import Term, coq, generalised, term, variable, variables
 
 
 def vector_of(name: str, count: int = 3) -> Vector:

@@ -4,10 +4,10 @@ Emitted from `control.vectoring` and `control.completed_backstepping`.
 """
 
 from proofs.statement import Stated, vector_of
+from proofs.terms import coq, term, variable
 from quadstep.control.completed_backstepping import coupling_columns
 from quadstep.control.vectoring import invert_force
 from quadstep.numbers import Vector
-from quadstep.program.terms import coq, term, variable
 from quadstep.proofs.theory.region import BENDING
 
 SERIES = 1e-4

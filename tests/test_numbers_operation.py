@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import sympy
 
+from proofs.terms import coq, variable
 from quadstep.numbers.affine import elementary_function
 from quadstep.numbers.dual import Seeds
 from quadstep.numbers.enclosure import Enclosure, ball
 from quadstep.numbers.kinds import ARRAYS, FLOATS, functions_of
 from quadstep.numbers.operation import KINDS, OPERATIONS, declare
 from quadstep.program.python_code import compiled
-from quadstep.program.terms import coq, variable
 from quadstep.proofs.prove.hover import ExactNumber
 from quadstep.proofs.prove.jet import jets
 from quadstep.proofs.prove.sampled import Influence

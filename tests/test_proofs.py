@@ -31,13 +31,13 @@ from proofs.kernels import (
 )
 from proofs.rounding import script
 from proofs.statement import Claim, Statement, variables_of
+from proofs.terms import Term, coq, decimal, gappa, generalised, term, variable, variables
 from quadstep.control.completed_backstepping import coupling_columns
 from quadstep.control.vectoring import invert_force
 from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import atan2, cos, exp, flatten, log, sigmoid, sin, sqrt, vector, where
 from quadstep.numbers.elementary import limited
 from quadstep.numbers.kinds import FLOATS
-from quadstep.program.terms import Term, coq, decimal, gappa, generalised, term, variable, variables
 from quadstep.proofs.theory.region import decay
 from quadstep.vehicle.paper import coriolis, effective_inertia
 from tests.mutations import exchanged, source

@@ -72,7 +72,6 @@ def campaign_text(sheet: Datasheet, estimate: VehicleEstimate, vehicle_file: str
     return "\n".join(lines)
 
 
-GIVEN = "given; a flight cannot determine it"
 DIGITS = 6
 
 MARKS, ENOUGH = 24, 2

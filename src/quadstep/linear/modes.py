@@ -73,8 +73,6 @@ def tick_of(tick: Tick, places: NDArray[np.intp], grid: tuple[NDArray[np.intp], 
     )
 
 
-Complex = NDArray[np.complex128]
-
 ROUNDED = 1e-12
 """Error of the map, relative to the product of its ticks' absolute values."""
 

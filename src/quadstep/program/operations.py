@@ -142,12 +142,6 @@ def in_c(operation: str, operands: Sequence[str]) -> str:
     return FORMS[operation].c.format(*operands)
 
 
-def in_coq(operation: str, operands: Sequence[str]) -> str:
-    if operation in OPERATIONS:
-        return f"({OPERATIONS[operation].coq} {' '.join(operands)})"
-    return FORMS[operation].coq.format(*operands)
-
-
 def constant_text(value: float) -> str:
     """A Python float as a JavaScript literal; the same double."""
     if value != value:  # noqa: PLR0124 (NaN)

@@ -8,10 +8,7 @@ the counter-rate's. Where Q - rate M - diag(tau) is positive definite, L_dot <= 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from math import isqrt
-from typing import NamedTuple, TypeAlias
-
-Rational: TypeAlias = Fraction
-Row: TypeAlias = list[Fraction]
+from typing import NamedTuple
 
 GRID = 2**40
 """Numbers are rounded to multiples of 1 over this, on the safe side, so that exact elimination stays quick."""

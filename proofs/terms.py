@@ -12,8 +12,8 @@ from functools import reduce
 from typing import ClassVar, TypeAlias, cast
 
 from quadstep.numbers.kinds import Number
-from quadstep.numbers.operation import Kind, Operation, Rule
-from quadstep.program.operations import in_coq
+from quadstep.numbers.operation import OPERATIONS, Kind, Operation, Rule
+from quadstep.program.operations import FORMS
 
 Operand: TypeAlias = "Term | float | int | Fraction"
 
@@ -159,7 +159,10 @@ def coq(root: Term) -> str:
     """The term in Coq's notation for reals."""
     if root.op in ("var", "const"):
         return constant(root.leaf) if isinstance(root.leaf, Fraction) else root.leaf
-    return in_coq(root.op, [coq(part) for part in root.parts])
+    parts = [coq(part) for part in root.parts]
+    if root.op in OPERATIONS:
+        return f"({OPERATIONS[root.op].coq} {' '.join(parts)})"
+    return FORMS[root.op].coq.format(*parts)
 
 
 def gappa(root: Term, rounding: str, lines: list[str]) -> str:
