@@ -2,7 +2,7 @@ import math
 
 from quadstep.io.results_folder import Folder
 from tests.challenge import folders
-from tests.challenge.search import Attempt, Search, attempted, coverage, searches
+from tests.challenge.search import Attempt, Search, attempted, coverage, searches, share
 
 
 def search(*reached: float) -> Search:
@@ -54,3 +54,8 @@ def test_the_search_of_folders_finds_a_run_that_follows_links(monkeypatch):
 def test_the_search_of_changed_results_finds_a_run_that_checks_nothing(monkeypatch):
     monkeypatch.setattr("quadstep.io.parts.is_whole", lambda *_: True)
     assert attempted(folders.SEARCHES[1], 1, 20.0).failed
+
+
+def test_all_time_is_shared_and_none_is_left_where_searches_took_more():
+    assert [share(60.0, 2, waiting) for waiting in (6, 2, 1)] == [20.0, 60.0, 60.0]
+    assert share(-5.0, 2, 3) == 0.0

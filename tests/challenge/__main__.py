@@ -1,8 +1,11 @@
 """`python -m tests.challenge [--seconds S] [--seed N] [--only NAME]... [--processes N]`."""
 
 import argparse
+import os
 import sys
 import time
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does; before NumPy is loaded
 
 from tests.challenge.search import LOOSE, challenge, searches
 

@@ -164,7 +164,7 @@ def noisy(seed: int) -> Iterable[Attempt]:
                 _, found, true = one
                 yield found.value.low <= true.phase <= found.value.high
 
-    yield from coverage(held(), batch=20)
+    yield from coverage(held(), batch=5)
 
 
 SEARCHES = [

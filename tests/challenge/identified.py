@@ -77,7 +77,7 @@ def of_structure(seed: int) -> Iterable[Attempt]:
 
 
 def covered(seed: int) -> Iterable[Attempt]:
-    return coverage((one <= 1.0 for _, far in vehicles(seed) for one in far.values()), batch=20)
+    return coverage((one <= 1.0 for _, far in vehicles(seed) for one in far.values()), batch=5)
 
 
 SEARCHES = [

@@ -5,7 +5,7 @@ import pkgutil
 import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from multiprocessing import get_context
 from typing import NamedTuple
 
@@ -62,10 +62,15 @@ class Outcome(NamedTuple):
         return bool(self.error) or not self.tried or (self.nearest is not None and self.nearest.contradicts)
 
 
+def modules() -> list[str]:
+    """Those that have searches."""
+    names = (info.name for info in pkgutil.iter_modules(tests.challenge.__path__) if info.name not in ("search", "__main__"))
+    return [f"tests.challenge.{name}" for name in sorted(names)]
+
+
 def searches() -> dict[str, Search]:
     """All searches by name."""
-    modules = [info.name for info in pkgutil.iter_modules(tests.challenge.__path__) if info.name not in ("search", "__main__")]
-    every = [each for name in sorted(modules) for each in importlib.import_module(f"tests.challenge.{name}").SEARCHES]
+    every = [each for name in modules() for each in importlib.import_module(name).SEARCHES]
     found = {each.name: each for each in every}
     if len(found) < len(every):
         raise ValueError("two searches have the same name")
@@ -97,11 +102,26 @@ def attempted_by_name(name: str, seed: int, seconds: float) -> Outcome:
     return attempted(searches()[name], seed, seconds)
 
 
+def share(left: float, processes: int, waiting: int) -> float:
+    """The seconds of the first of so many searches that wait, where so many seconds are left to all."""
+    return max(0.0, left) * min(processes, waiting) / waiting
+
+
 def challenge(names: list[str], seed: int, seconds: float, processes: int) -> Iterator[Outcome]:
-    """Outcomes in the order of the names; every search has an equal share of `seconds` on so many processes."""
-    share = seconds * processes / max(1, len(names))
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
-        yield from pool.map(attempted_by_name, names, [seed] * len(names), [share] * len(names))
+    """Outcomes in the order in which they come. Each search has a process of its own, so that it finds by itself what it finds
+    here; it is forked from one that has loaded all searches. What one search leaves of its time, or takes more for its first
+    attempt, is shared by those after it.
+    """
+    context = get_context("forkserver")
+    context.set_forkserver_preload(modules())
+    ends, waiting, running = time.perf_counter() + seconds, names[::-1], set()
+    with ProcessPoolExecutor(processes, mp_context=context, max_tasks_per_child=1) as pool:
+        while waiting or running:
+            while waiting and len(running) < processes:
+                mine = share(ends - time.perf_counter(), processes, len(waiting))
+                running.add(pool.submit(attempted_by_name, waiting.pop(), seed, mine))
+            done, running = wait(running, return_when=FIRST_COMPLETED)
+            yield from (one.result() for one in done)
 
 
 def coverage(held: Iterable[bool], level: float = 0.95, batch: int = 200) -> Iterator[Attempt]:

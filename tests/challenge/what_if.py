@@ -108,7 +108,7 @@ def mean(values: np.ndarray) -> float:
 
 
 def intervals(seed: int) -> Iterable[Attempt]:
-    return coverage((one.held for one in answered(seed)), 0.93, batch=60)
+    return coverage((one.held for one in answered(seed)), 0.93, batch=15)
 
 
 SEARCHES = [
