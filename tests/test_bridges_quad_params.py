@@ -1,12 +1,11 @@
-"""Vehicles to RotorPy's parameters and back."""
+"""Vehicles as RotorPy's parameters."""
 
 import numpy as np
 import pytest
 
-from quadstep.bridges.rotorpy_flight import from_quad_params, to_quad_params
+from quadstep.bridges.rotorpy_flight import to_quad_params
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
-from quadstep.numbers import flatten
 from quadstep.vehicle.allocation import columns
 
 PRESETS = ["crazyflie", "hummingbird", "x500", "research-2.6kg", "paper"]
@@ -25,16 +24,6 @@ def map_of(params):
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_there_and_back_nothing_changes(preset):
-    there = vehicle(preset, drag={"flapping": 2e-5})
-    back = AirframeSection.model_validate(from_quad_params(to_quad_params(there))).build()
-    assert back.geometry == there.geometry
-    rotor = there.airframe.rotor._replace(inertia=0.0)  # RotorPy's rotors have none
-    assert flatten(back.airframe._replace(battery=())) == flatten(there.airframe._replace(rotor=rotor, battery=()))
-    np.testing.assert_array_equal(flatten(back.allocation), flatten(there.allocation))
-
-
-@pytest.mark.parametrize("preset", PRESETS)
 def test_rotors_turn_the_body_the_same_way(preset):
     there = vehicle(preset)
     params, rotor = to_quad_params(there), there.airframe.rotor
@@ -45,12 +34,6 @@ def test_rotors_turn_the_body_the_same_way(preset):
 def test_without_the_effect_there_is_no_drag():
     params = to_quad_params(vehicle("hummingbird", effects={"gyroscopic": False, "drag": False}))
     assert [params[key] for key in ("c_Dx", "c_Dy", "c_Dz", "k_d", "k_z", "k_h", "k_flap")] == [0.0] * 7
-
-
-def test_rotors_without_a_radius_do_not_touch():
-    params = to_quad_params(vehicle("hummingbird"))
-    del params["rotor_radius"]
-    assert from_quad_params(params)["rotor"]["radius"] == pytest.approx(0.5 * np.sqrt(2) * 0.17)
 
 
 @pytest.mark.parametrize(("changes", "said"), [
@@ -74,16 +57,6 @@ def test_leaning_rotors_are_refused():
     ]
     with pytest.raises(UserError, match="along body z"):
         to_quad_params(vehicle("hummingbird", rotors=rotors))
-
-
-@pytest.mark.parametrize(("key", "value", "said"), [
-    ("Ixz", 1e-4, "principal"),
-    ("k_flap", 1e-6, "allowed: 0 or less"),
-    ("motor_noise_std", 50.0, "rotor noise is not implemented"),
-])  # fmt: skip
-def test_what_we_cannot_describe_is_refused(key, value, said):
-    with pytest.raises(UserError, match=f"{key} = {value:g}.*{said}"):
-        from_quad_params({**to_quad_params(vehicle("hummingbird")), key: value})
 
 
 def test_a_rotor_that_does_not_weigh_anything_has_no_gyroscopic_torque_to_leave_out():

@@ -6,7 +6,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from quadstep.bridges.rotorpy import Trajectory, as_rotorpy_controller, from_rotorpy
+from quadstep.bridges.rotorpy import Adapter, Trajectory, from_rotorpy
 from quadstep.bridges.rotorpy_flight import fly_on_rotorpy, multirotor, rotorpy_state, to_quad_params
 from quadstep.control.opaque import MeasuredArrays, ReferenceArrays, flying
 from quadstep.engines.fly import fly
@@ -115,7 +115,7 @@ def test_rotorpys_own_loop_flies_our_controller_on_our_path(rotorpy):
     start = {**rotorpy_state(plan.start), "wind": zeros}
     environment = environments.Environment(
         vehicle=rotorpy("vehicles.multirotor").Multirotor(to_quad_params(mission().vehicle.build()), start),
-        controller=as_rotorpy_controller(plan),
+        controller=Adapter(plan),
         trajectory=Trajectory(plan),
         sim_rate=250,
     )
@@ -158,7 +158,7 @@ class Counting(Controller):
 
 def counting():
     law = Counting()
-    return law, as_rotorpy_controller(mission().plan().with_controller(law, None))
+    return law, Adapter(mission().plan().with_controller(law, None))
 
 
 def test_both_loops_run_at_their_own_rates_and_in_between_the_answer_holds():
@@ -268,7 +268,7 @@ def test_a_controller_that_gives_no_moment_is_refused():
 def test_the_papers_plant_is_refused():
     path = {"type": "minimum-jerk", "end": [20.0, 5.0, 10.0], "duration": 10.0}
     with pytest.raises(UserError, match="RotorPy flies real vehicles"):
-        as_rotorpy_controller(Mission.model_validate({"path": path}).plan())
+        Adapter(Mission.model_validate({"path": path}).plan())
 
 
 @pytest.mark.parametrize(("parts", "said"), [

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from quadstep.bridges.rotorpy_flight import airframe_state, from_quad_params, multirotor, to_quad_params
+from quadstep.bridges.rotorpy_flight import airframe_state, multirotor, to_quad_params
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.engines.loop import runge_kutta_4
 from quadstep.interfaces.closed_loop import Task, Ticks
@@ -185,13 +185,35 @@ def test_the_other_presets_fly_alike_in_both(name):
     assert_alike(vehicle, to_quad_params(vehicle))
 
 
+def from_theirs(name):
+    """A vehicle of RotorPy's as the table [vehicle] of a mission."""
+    params = import_module(f"rotorpy.vehicles.{name}_params").quad_params
+    spins = ["cw" if direction > 0 else "ccw" for direction in params["rotor_directions"]]
+    across = params.get("k_d", 0.0)
+    return params, {
+        "mass": params["mass"],
+        "inertia": [params[key] for key in ("Ixx", "Iyy", "Izz")],
+        "rotors": [{"position": list(at), "spin": spin} for at, spin in zip(params["rotor_pos"].values(), spins, strict=True)],
+        "rotor": {
+            **{"thrust_coefficient": params["k_eta"], "torque_coefficient": params["k_m"], "radius": 0.01},
+            **{"rise_time": params["tau_m"], "fall_time": params["tau_m"]},
+            **{"slowest": params["rotor_speed_min"], "fastest": params["rotor_speed_max"]},
+        },
+        "drag": {
+            "parasitic": [params.get(key, 0.0) for key in ("c_Dx", "c_Dy", "c_Dz")],
+            "rotor": [across, across, params.get("k_z", 0.0)],
+            **{"flapping": -params.get("k_flap", 0.0), "translational_lift": params.get("k_h", 0.0)},
+        },
+        "effects": {"gyroscopic": False},
+    }  # fmt: skip
+
+
 @pytest.mark.parametrize("name", ["crazyfliebrushless", "px4_sihsim_quadx"])
 def test_rotorpys_other_vehicles_fly_alike_in_both(name):
-    params = import_module(f"rotorpy.vehicles.{name}_params").quad_params
-    assert_alike(AirframeSection.model_validate(from_quad_params(params)).build(), params)
+    params, vehicle = from_theirs(name)
+    assert_alike(AirframeSection.model_validate(vehicle).build(), params)
 
 
 def test_the_inertia_of_rotorpys_crazyflie_is_that_of_no_rigid_body():
-    params = import_module("rotorpy.vehicles.crazyflie_params").quad_params
     with pytest.raises(ValueError, match="no rigid body has it"):
-        AirframeSection.model_validate(from_quad_params(params))
+        AirframeSection.model_validate(from_theirs("crazyflie")[1])

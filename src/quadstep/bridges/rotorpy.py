@@ -1,6 +1,6 @@
 """RotorPy 3.0.0: our controllers on its vehicles, and its controllers on ours. Needs no RotorPy to be imported.
 
-    controller = as_rotorpy_controller(mission.plan())                      # ours, for RotorPy to ask
+    controller = Adapter(mission.plan())                                    # ours, for RotorPy to ask
     state = vehicle.step(state, controller.update(t, state, flat), 0.002)
 
     with flying(from_rotorpy(SE3Control(params))) as (law, gains):          # RotorPy's, in a mission of ours
@@ -66,7 +66,7 @@ class Adapter:
 
     It follows the path that RotorPy gives it and knows the state it is told. Asked more often than it runs it repeats its
     answer; it starts anew where time does not go on. command: what it last wanted. thrust [N], torque [N m]: what the rotors'
-    limits left of that.
+    limits left of that. Raises UserError for a mission on the paper's plant.
     """
 
     calls: int
@@ -137,11 +137,6 @@ class Adapter:
             "cmd_moment": np.array(list(self.torque)),
             "cmd_q": np.array([i, j, k, w]),
         }
-
-
-def as_rotorpy_controller(plan: FlightPlan) -> Adapter:
-    """The controller of a mission, for RotorPy to ask. Raises UserError for a mission on the paper's plant."""
-    return Adapter(plan)
 
 
 class Trajectory:

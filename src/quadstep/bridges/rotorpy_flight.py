@@ -1,15 +1,13 @@
 """A mission flown on RotorPy's vehicle instead of ours: same path, controller, rates and limits, and a log alike.
 
-A vehicle is also written as RotorPy 3.0.0 describes one, and read from that. It has one lag for rising and falling rotors,
+A vehicle is also written as RotorPy 3.0.0 describes one. It has one lag for rising and falling rotors,
 four rotors that push along body z, and neither gyroscopic torque nor battery nor ground effect. Its `rotor_directions` are
 signs of the torque on the body, the opposite of a spin; its flapping moment has the opposite sign too.
 """
 
 import math
-from collections.abc import Mapping
 from importlib import import_module
-from itertools import combinations
-from typing import Any, Protocol, cast
+from typing import Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,49 +68,6 @@ def to_quad_params(vehicle: BuiltAirframe) -> dict[str, object]:
         **{"k_d": k_d, "k_z": k_z, "k_h": air * drag.translational_lift, "k_flap": -air * drag.flapping},
         "tau_m": rotor.rise,
         **{"rotor_speed_min": rotor.slowest, "rotor_speed_max": rotor.fastest, "motor_noise_std": 0.0},
-    }
-
-
-def from_quad_params(params: Mapping[str, Any]) -> dict[str, object]:
-    """The `[vehicle]` table of a mission that flies RotorPy's vehicle. Raises UserError for what we cannot describe.
-
-    Without a `rotor_radius` the rotors are as large as they can be without touching; only ground effect asks.
-    """
-    for key in ("Ixy", "Ixz", "Iyz"):
-        if params.get(key, 0.0) != 0.0:
-            raise UserError(f"quad_params: {key} = {params[key]:g}, but the body axes must be principal axes")
-    if params.get("k_flap", 0.0) > 0.0:
-        raise UserError(
-            f"quad_params: k_flap = {params['k_flap']:g} would tilt a vehicle towards its direction of flight; "
-            "allowed: 0 or less"
-        )
-    if params.get("motor_noise_std", 0.0) != 0.0:
-        raise UserError(f"quad_params: motor_noise_std = {params['motor_noise_std']:g}, but rotor noise is not implemented")
-    places = [tuple(float(x) for x in place) for place in params["rotor_pos"].values()]
-    closest = min(math.dist(a, b) for a, b in combinations(places, 2))
-    lag, k_d = float(params["tau_m"]), float(params.get("k_d", 0.0))
-    spins = ["cw" if direction > 0 else "ccw" for direction in params["rotor_directions"]]
-    return {
-        "mass": float(params["mass"]),
-        "inertia": tuple(float(params[key]) for key in ("Ixx", "Iyy", "Izz")),
-        "gravity": GRAVITY,
-        "rotors": [{"position": place, "spin": spin} for place, spin in zip(places, spins, strict=True)],
-        "rotor": {
-            "thrust_coefficient": float(params["k_eta"]),
-            "torque_coefficient": float(params["k_m"]),
-            "rise_time": lag,
-            "fall_time": lag,
-            "slowest": float(params["rotor_speed_min"]),
-            "fastest": float(params["rotor_speed_max"]),
-            "radius": float(params.get("rotor_radius", 0.5 * closest)),
-        },
-        "drag": {
-            "parasitic": tuple(float(params.get(key, 0.0)) for key in ("c_Dx", "c_Dy", "c_Dz")),
-            "rotor": (k_d, k_d, float(params.get("k_z", 0.0))),
-            "flapping": -float(params.get("k_flap", 0.0)) + 0.0,
-            "translational_lift": float(params.get("k_h", 0.0)),
-        },
-        "effects": {"gyroscopic": False},
     }
 
 
