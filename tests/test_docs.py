@@ -23,9 +23,10 @@ from docs.site.reference.python import page as python_page
 from docs.site.running import Ran, prepare
 from docs.site.runs import run_one
 from docs.site.writing import (
+    MISSING,
     accessible,
+    places,
     with_flights,
-    with_further,
     with_links,
     with_listings,
     with_sections,
@@ -198,6 +199,12 @@ def test_every_mention_of_a_page_is_of_one_that_is_there():
                 assert (ROOT / name).is_file(), f"{path} names {name}"
 
 
+def test_the_first_page_lists_every_page():
+    lists = "".join((DOCS / name / "index.md").read_text(encoding="utf-8") for name in ("", "lessons", "decisions"))
+    for place in {*places().values()} - {"index.md"}:
+        assert re.search(rf"(^|[<(/]){place.removeprefix('lessons/').removeprefix('decisions/')[:-3]}\b", lists, re.M), place
+
+
 def test_decisions_are_numbered_without_holes_and_every_one_that_is_named_is_there():
     numbers = sorted(path.name[:4] for path in (DOCS / "decisions").glob("0*.md"))
     assert numbers == [f"{one:04}" for one in range(1, len(numbers) + 1)]
@@ -233,14 +240,12 @@ def test_a_page_gets_output_links_and_what_flew(tmp_path):
     assert ":class: printed\nx500\n```" in shown
     there = {"docs/ci.md": "ci.md"}
     assert with_links("See `docs/ci.md`.\n\n```text\n`docs/ci.md`\n```", "lessons/a.md", there).startswith(
-        "See [`docs/ci.md`](../ci.md).\n\n```text\n`docs/ci.md`"
-    )
+        "See *[](../ci.md)*.\n\n```text\n`docs/ci.md`"
+    ), "by its title"
     decisions = {"docs/decisions/0002": "decisions/0002-b.md"}
-    assert with_links("(docs/decisions/0002)", "a.md", decisions) == "([docs/decisions/0002](decisions/0002-b.md))"
+    assert with_links("(docs/decisions/0002)", "a.md", decisions) == "(*[](decisions/0002-b.md)*)"
     passed = "[docs/ci.md](ci.md), `make docs/ci.md`, src/docs/ci.md, docs/no.md"
-    assert (
-        with_links(f"| a | docs/ci.md; b | {passed}", "lessons/a.md", there) == f"| a | [docs/ci.md](../ci.md); b | {passed}"
-    )
+    assert with_links(f"| a | docs/ci.md; b | {passed}", "lessons/a.md", there) == f"| a | *[](../ci.md)*; b | {passed}"
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "page.html").write_text("page")
     flown = with_flights("<!-- page: out/page.html | Live -->", tmp_path, tmp_path / "static", "lessons/a.md")
@@ -261,8 +266,8 @@ def test_a_page_gets_output_links_and_what_flew(tmp_path):
     assert "<figcaption>Where <math>" in formula
     long = with_listings("# T\n\n    quadstep vehicles\n", [Ran(3, "ran", "a\n" * 99 + "Verdict\n", 0.1)], showing=True)
     assert "more lines" in long and long.rstrip().endswith("Verdict\n```")
-    assert "Further" in with_further("a\n\n<!-- further -->", ["a.md", "new.md"])
-    assert "lessons" not in with_further("<!-- further -->\nlessons/index\n", ["new.md", "lessons/a.md"]).split("```")[1]
+    missing = with_flights("<!-- figure: out/x.svg | What to see -->", None, tmp_path / "static", "lessons/a.md")
+    assert missing.startswith(f"*{MISSING}out/x.svg"), "says so where its listings have not run"
 
 
 def test_a_page_of_many_sections_lists_them_after_its_introduction():
@@ -308,7 +313,7 @@ def test_every_key_of_every_file_says_what_it_means(name):
 
 
 def test_keys_say_unit_range_and_default():
-    text = keys.page("mission-file")
+    text = "".join(map(keys.page, keys.FILES))
     assert "| `radius` | radius of the circle | a number above 0 | m | needed |" in text
     assert " | a number from 3 to 305 | m | `6.096` |" in text
     assert ' | `"standard"`, `"printed"`, `"rigid"` |  | `"standard"` |' in text

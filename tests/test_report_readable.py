@@ -152,7 +152,6 @@ PARTS = [
     markup.paragraph("K_r1 > m Lambda1"),
     markup.table(("", "RMSE", "share"), [("x", "3 [2, 4] mm", "12 %"), ("y", "1", "-")]),
     markup.table((), [("seed", "1")]),
-    markup.subheading("Settings"),
     markup.note("A note."),
     markup.listing(["one", "two"]),
     markup.verbatim("[path]", "all keys"),

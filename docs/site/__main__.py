@@ -14,7 +14,7 @@ from docs.site.notebooks import write_notebooks
 from docs.site.pages import DOCS, ROOT, name_of, run_pages
 from docs.site.runs import folder_of, results, source_digest
 from docs.site.runs import run_pages as run_listings
-from docs.site.writing import MissingError, accessible, without_annotations, write_pages, write_reference
+from docs.site.writing import MISSING, MissingError, accessible, without_annotations, write_pages, write_reference
 
 OUT = ROOT / "out" / "docs"
 
@@ -56,6 +56,8 @@ def build() -> int:
     ran = {page: (folder_of(page, OUT / "runs"), results(page, OUT / "runs")) for page in run_pages()}
     write_pages(source, {page: one for page, one in ran.items() if one[0].is_dir()}, OUT / "figures")
     write_reference(source)
+    if lacking := sum(page.read_text(encoding="utf-8").count(MISSING) for page in source.rglob("*.md")):
+        print(f"figures missing, because the listings of their pages have not run (make docs): {lacking}", flush=True)
     command = ["-b", "html", "-E", "-W", "--keep-going", "-q", "-c", str(DOCS / "site"), str(source), str(OUT / "html")]
     code = subprocess.run([sys.executable, "-m", "sphinx", *command], check=False, cwd=ROOT).returncode
     for page in (OUT / "html").rglob("*.html"):

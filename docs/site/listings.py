@@ -19,7 +19,7 @@ COMMANDS = (
 class Kind(StrEnum):
     """What a listing is written in."""
 
-    SHELL = "shell"
+    SHELL = "bash"
     TOML = "toml"
     PYTHON = "python"
     TEXT = "text"
@@ -84,9 +84,3 @@ def listings(page: str) -> list[Listing]:
         found.append(Listing(kind, text + "\n", first, at, marks))
         marks = {}
     return found
-
-
-def shown(page: str) -> list[tuple[int, str, str]]:
-    """What is to be shown of the flights of a page: line, `figure` or `page`, and which."""
-    found = [(at, MARK.search(line)) for at, line in enumerate(page.split("\n"))]
-    return [(at, mark[1], mark[2]) for at, mark in found if mark and mark[1] in ("figure", "page")]

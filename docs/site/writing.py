@@ -3,19 +3,17 @@
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from docs.site.listings import MARK, Kind, listings
+from docs.site.listings import MARK, listings
 from docs.site.pages import DOCS, ROOT, pages
 from docs.site.reference import commands, equations, files, keys, python
 from docs.site.running import Ran
 from quadstep.report.markup import figure
 from quadstep.report.mathml import typeset
 from quadstep.report.units import rich
-
-LEXERS = {Kind.SHELL: "bash", Kind.TOML: "toml", Kind.PYTHON: "python", Kind.TEXT: "text"}
 
 SHOWING = ("tutorials", "lessons")
 """Folders of pages that show what their commands print."""
@@ -28,6 +26,9 @@ MOST_LINES, LAST_LINES = 60, 10
 
 
 ARTICLE = "out/article.html"
+
+MISSING = "Missing figure: "
+"""What begins the text that stands for a figure or a page of a listing that has not run."""
 
 MENTION = re.compile(
     r"```.*?\n```|\[[^\]\n]*\]\([^)\n]*\)|`(?P<code>[\w./-]+\.md)`|`[^`\n]*`|(?<![\w/])(?P<plain>docs/(?:[\w./-]+\.md|decisions/\d{4}\b(?!-)))",
@@ -61,7 +62,7 @@ def with_listings(text: str, ran: Sequence[Ran], showing: bool) -> str:
     for listing in reversed(listings(text)):
         fenced = lines[listing.first].startswith("`")
         given = re.sub("^`+", "", lines[listing.first]) if fenced else ""
-        language = given or LEXERS[listing.kind]
+        language = given or listing.kind
         made = [f"```{language}", *listing.text.rstrip("\n").split("\n"), "```"]
         one = by_line.get(listing.first + 1)
         if showing and one is not None and one.status == "ran":
@@ -71,11 +72,14 @@ def with_listings(text: str, ran: Sequence[Ran], showing: bool) -> str:
 
 
 def with_links(text: str, place: str, there: Mapping[str, str]) -> str:
-    """A page in which every mention of another is a link. there: where each stands in the site, by its name."""
+    """A page in which every mention of another is a link, in docs/ by its title. there: its place in the site, by name."""
 
     def linked(found: re.Match[str]) -> str:
-        target = there.get(found["code"] or found["plain"] or "")
-        return f"[{found[0]}]({os.path.relpath(target, Path(place).parent)})" if target and target != place else found[0]
+        name = found["code"] or found["plain"] or ""
+        if there.get(name, place) == place:
+            return found[0]
+        where = os.path.relpath(there[name], Path(place).parent)
+        return f"*[]({where})*" if name.startswith("docs/") else f"[{found[0]}]({where})"
 
     return MENTION.sub(linked, text)
 
@@ -145,7 +149,7 @@ def with_flights(text: str, folder: Path | None, static: Path, place: str) -> st
         shown_first, _, caption = (part.strip() for part in said.partition("|"))
         file, *anchor = shown_first.split("#")
         if folder is None:
-            return ""
+            return f"*{MISSING}{shown_first} is not there yet: `make docs` makes it.*"
         if not (folder / file).is_file():
             raise MissingError(f"{place}: shows {file}, which its listings do not make")
         own = "" if file == ARTICLE else f"{folder.name}-"  # the article is the same for all
@@ -167,7 +171,7 @@ def write_pages(source: Path, results: Mapping[Path, tuple[Path, Sequence[Ran]]]
     for path, place in found.items():
         folder, ran = results.get(path, (None, []))
         text = with_listings(path.read_text(encoding="utf-8"), ran, place.split("/")[0] in SHOWING)
-        text = with_further(text, there.values()) if place == "index.md" else with_sections(text)
+        text = text if place == "index.md" else with_sections(text)
         text = with_flights(with_links(text, place, there), folder, source / "flown", place)
         (source / place).parent.mkdir(parents=True, exist_ok=True)
         (source / place).write_text(text, encoding="utf-8")
@@ -177,19 +181,6 @@ def write_pages(source: Path, results: Mapping[Path, tuple[Path, Sequence[Ran]]]
             drawn = figures / inside
             (source / inside).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(drawn if drawn.is_file() else path, source / inside)
-
-
-def with_further(text: str, places: Iterable[str]) -> str:
-    """The first page, with the pages that its lists do not name in a list of their own."""
-    listed = set(re.findall(r"^(?:.*<)?([\w/-]+)>?$", text, flags=re.MULTILINE))
-    folders = tuple(
-        name.removesuffix("index") for name in listed if name.endswith("/index")
-    )  # whose pages their own index lists
-    names = (place.removesuffix(".md") for place in places)
-    further = sorted(name for name in names if name not in listed and name != "index" and not name.startswith(folders))
-    return text.replace(
-        "<!-- further -->", "\n".join(["```{toctree}", ":caption: Further", "", *further, "```"]) if further else ""
-    )
 
 
 def places() -> dict[str, str]:

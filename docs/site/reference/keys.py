@@ -40,15 +40,31 @@ class File(NamedTuple):
 
 UNITS = "SI units, angles in radians; a table `[a.b]` may also be written as `a.b.key = value`."
 
+MISSIONS: dict[str, Callable[[], Model]] = {
+    "For a real vehicle": lambda: MultirotorMission,
+    "For the paper's plant": lambda: LagrangeMission,
+    "For the planar quadrotor": lambda: declared_kind("planar", Path()),
+}
+
 FILES = {
     "mission-file": File(
         "Mission files",
-        f"What `quadstep fly` reads; `quadstep new` writes one with every key explained. {UNITS} Only `path` is needed.",
-        {
-            "For a real vehicle": lambda: MultirotorMission,
-            "For the paper's plant": lambda: LagrangeMission,
-            "For the planar quadrotor": lambda: declared_kind("planar", Path()),
-        },
+        f"What `quadstep fly` reads; `quadstep new` writes one with every key explained. {UNITS} Only `path` is needed. "
+        "Three kinds of table have their own pages: docs/reference/mission-path.md, docs/reference/mission-controller.md, "
+        "docs/reference/mission-autopilot.md.",
+        MISSIONS,
+    ),
+    "mission-path": File("Paths in mission files", "The keys of a mission's `[path]`, for each `type`.", MISSIONS),
+    "mission-controller": File(
+        "Controllers in mission files",
+        "The keys of a mission's `[controller]`, for each `type` (docs/controllers.md, docs/reference/mission-autopilot.md).",
+        MISSIONS,
+    ),
+    "mission-autopilot": File(
+        "Autopilots in mission files",
+        "The keys of a mission's `[controller]` whose `type` is an autopilot or one of its controllers (docs/stock.md, "
+        "docs/autopilot.md). They have the firmware's names.",
+        MISSIONS,
     ),
     "vehicle-file": File(
         "Vehicle files",
@@ -79,6 +95,7 @@ MEANINGS = {
     "controller": "the control law",
     "events": "what changes during the flight",
     "limits": "beyond which a flight counts as lost",
+    "type": "which of the tables this is",
 }
 """Of keys that hold one of several tables, or one that has no text of its own."""
 
@@ -224,7 +241,8 @@ def keys(model: Model) -> Iterator[Key]:
         whole = takes(field.annotation, tuple(field.metadata))
         if len(inner) > 1:
             whole = f"one of the tables {', '.join(f'[{kind_name(one)}](#{anchor(one)})' for one in inner)}"
-        meaning = note.meaning or (summary(inner[0]) if len(inner) == 1 else "") or MEANINGS.get(name, "")
+        text = MEANINGS.get(name) or (f"the firmware's parameters `{name}`" if inner else "")
+        meaning = note.meaning or (summary(inner[0]) if len(inner) == 1 else "") or text
         yield Key(name, whole, note.unit if note.unit != "-" else "", default_of(field, model), meaning)
 
 
@@ -267,6 +285,16 @@ def section(model: Model, path: str) -> str:
     return f"{title}{prose(first_paragraph(model))}\n\n{body}"
 
 
+def home(model: Model, path: str, page: str) -> str:
+    """The page, of those of a mission, that has a table; any other kind of file has one page."""
+    table, _, inner = path.partition(".")
+    if not page.startswith("mission-"):
+        return page
+    if table == "controller" and ("parameters" in model.model_fields or inner not in ("", "nets")):
+        table = "autopilot"
+    return f"mission-{table}" if table in ("path", "controller", "autopilot") else "mission-file"
+
+
 def tables(name: str) -> dict[str, dict[Model, str]]:
     """Every table that the page of a kind of file has, under each heading; a table stands under the first that has it."""
     found: dict[str, dict[Model, str]] = {}
@@ -274,16 +302,17 @@ def tables(name: str) -> dict[str, dict[Model, str]]:
     for title, model in FILES[name].models.items():
         seen: dict[Model, str] = {}
         below(model(), "", name, seen)
-        found[title] = {one: path for one, path in seen.items() if one not in known}
+        found[title] = {one: path for one, path in seen.items() if one not in known and home(one, path, name) == name}
         known |= seen.keys()
-    return found
+    return {title: inside for title, inside in found.items() if inside}
 
 
 def page(name: str) -> str:
     """The page of one kind of file."""
-    file = FILES[name]
+    file, under = FILES[name], tables(name)
     parts = [f"# {file.title}\n\n{file.text}\n"]
-    for title, found in tables(name).items():
-        outermost = next(iter(found))
-        parts += [f"({anchor(outermost)})=\n## {title}\n", *(section(model, path) for model, path in found.items())]
+    for title, found in under.items():
+        outermost = next((one for one, path in found.items() if not path), None)
+        parts += [f"({anchor(outermost)})=" if outermost else "", f"## {title if len(under) > 1 else 'Keys'}\n"]
+        parts += [section(model, path) for model, path in found.items()]
     return "\n".join(parts)

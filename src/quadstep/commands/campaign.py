@@ -40,7 +40,7 @@ def campaign(
     delivery: Delivery,
     drawing: FigureOptions,
 ) -> None:
-    """Monte Carlo: fly a mission many times with random variations; how often, and how well, does it succeed?
+    """Fly a mission many times with random variations (Monte Carlo), and report how often, and how well, it succeeds.
 
     Writes flights/*.parquet as they finish, campaign.json and report.html; --rare writes rare.json and report.html.
 

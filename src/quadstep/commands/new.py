@@ -87,7 +87,7 @@ def fit(
     ] = None,
     overwrite: ReplaceOption = False,
 ) -> None:
-    """Make a vehicle from its data sheet: mass, wheelbase, kV, propeller, cells, perhaps points of a thrust stand.
+    """Make a vehicle from its data sheet: mass, wheelbase, kV, propeller, cells and, optionally, thrust-stand data.
 
     Each number says whether it was measured, estimated by a formula or typical, and how uncertain it is. A campaign over
     the uncertain numbers is written next to it.

@@ -34,7 +34,7 @@ def page(
     ] = None,
     engine: EngineOption = Engine.LANES,
 ) -> None:
-    """Write one HTML file that flies missions: no network, no installation, every gain a slider.
+    """Write one HTML file that flies missions in the browser, offline, with a slider for every gain.
 
     Replaces an existing page, but never any other file.
     """

@@ -28,7 +28,7 @@ def advise(
     delivery: Delivery,
     drawing: FigureOptions,
 ) -> None:
-    """Measure a loop's margins in flight, and say which gains would repair them: log in, advice out (docs/advise.md).
+    """Measure a loop's margins from a flight log, and advise gains that would make it sound (docs/advise.md).
 
     Exit code 2: the log has no excitation, or one that does not determine the margins; the reason is printed.
     """

@@ -89,11 +89,6 @@ def heading(text: str, anchor: str, set_as: Callable[[str], str] = rich) -> str:
     return f'<h2 id="{escape(anchor)}">{set_as(text)}</h2>'
 
 
-def subheading(text: str) -> str:
-    """Within a section; not in the contents."""
-    return f"<h3>{rich(text)}</h3>"
-
-
 def paragraph(text: str, set_as: Callable[[str], str] = rich) -> str:
     """A paragraph. set_as: `escape` for text in which nothing is a symbol."""
     return f"<p>{unbroken(set_as(text))}</p>"
