@@ -155,7 +155,7 @@ MISTAKES = {
     "nested, no type": ("", "vehicle.mass = {low=1, high=2}", ["vehicle.mass", "type: missing"]),
     "nested, no distribution": ("", "vehicle.mass = 5", ["vary.vehicle"]),
     "unknown key of a distribution": ("", '"vehicle.mass" = {type="uniform", low=0, high=1, med=1}', ["mass.med: unknown"]),
-    "unknown key of the mission": ("", f'"vehicle.mas" = {UNIFORM}', ["varied: vehicle.mas: unknown key; ", "mean mass?"]),
+    "unknown key of the mission": ("", f'"vehicle.mas" = {UNIFORM}', ["cannot vary vehicle.mas: unknown key; ", "mean mass?"]),
     "unknown table of the mission": ("", f'"vehicles.mass" = {UNIFORM}', ["vehicles", "unknown key", "vehicle"]),
     "unknown key deep in the mission": ("", f'"vehicle.rotors.arms" = {UNIFORM}', ["rotors.arms", "unknown key", "arm"]),
     "an entry that is not there": ("", f'"path.end.7" = {UNIFORM}', ["path.end.7", "0 to 2"]),

@@ -51,7 +51,7 @@ def envelope(folder, *options, x=X, y=Y, file=None):
     ("path.duration=0.3,word", ["all numbers, all true or false, or all words"]),
     ("path.duration=long,short", ["mission.toml", "path.duration", "valid number", "'long'"]),
     ("path.duration=true,false", ["mission.toml", "path.duration", "valid number", "True"]),
-    ("path.duraton=1:2:3", ["mission.toml", "path.duraton", "unknown key", "duration, end"]),
+    ("path.duraton=1:2:3", ["mission.toml: cannot vary path.duraton", "unknown key", "duration, end"]),
     ("paths.duration=1:2:3", ["mission.toml", "paths", "unknown key"]),
     ("path=1:2:3", ["mission.toml", "path", "1.0"]),
     ("path.end.3=1:2:3", ["path.end.3", "entry 3 does not exist", "0 to 2"]),

@@ -207,7 +207,8 @@ def fitted(base: Campaign, axes: list[MapAxis]) -> list[MapAxis]:
         except UserError as error:
             said = ", ".join(f"{key} = {as_typed(value)}" for key, value in values.items())
             text = str(error).removeprefix(f"{base.source}: ")
-            refused = refused or UserError(f"{base.source}: with {said:.120}: {text}")
+            tried_with = "" if text.startswith("cannot vary ") else f"with {said:.120}: "
+            refused = refused or UserError(f"{base.source}: {tried_with}{text}")
         else:
             return list(tried)
     assert refused

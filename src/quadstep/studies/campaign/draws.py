@@ -223,7 +223,7 @@ class Variants:
         except UserError as error:
             text = str(error).removeprefix(f"{self.source}: ")
             if ": unknown key" in text and any(text.startswith(name.partition(".")[0]) for name in values):
-                said = "no such key can be varied: "
+                said = "cannot vary "
             raise UserError(f"{self.source}: {said}{text}") from None
 
     def plan(self, values: Mapping[str, object], flight: int | None = None) -> FlightPlan:
