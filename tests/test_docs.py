@@ -14,7 +14,7 @@ import pytest
 from docs.site import running
 from docs.site.checking import check_toml
 from docs.site.listings import Kind, listings
-from docs.site.pages import DOCS, ROOT, mentions, name_of, pages, run_pages
+from docs.site.pages import DOCS, ROOT, name_of, pages, run_pages
 from docs.site.reference import equations, keys
 from docs.site.reference.commands import commands
 from docs.site.reference.commands import page as commands_page
@@ -185,6 +185,7 @@ def test_rows_of_tables_have_the_cells_of_their_header():
 
 
 def test_every_mention_of_a_page_is_of_one_that_is_there():
+    mention = re.compile(r"\b(docs/(?:[\w-]+/)*[\w-]+\.(?:md|png|py))\b")
     made = {f"docs/reference/{name}.md" for name in ("commands", "python", "equations", "files", *keys.FILES)}
     texts = [
         *pages(),
@@ -195,7 +196,7 @@ def test_every_mention_of_a_page_is_of_one_that_is_there():
     ]
     for path in texts:
         if path.suffix in (".md", ".py", ".toml"):
-            for name in mentions(path.read_text(encoding="utf-8")) - made - {"docs/NAME.py", "docs/NAME.png"}:
+            for name in {*mention.findall(path.read_text(encoding="utf-8"))} - made - {"docs/NAME.py", "docs/NAME.png"}:
                 assert (ROOT / name).is_file(), f"{path} names {name}"
 
 

@@ -1,6 +1,5 @@
 """The pages: which there are, and where each stands in the site."""
 
-import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -27,11 +26,3 @@ def run_pages() -> list[Path]:
 def name_of(page: Path) -> str:
     """How a page is called in messages."""
     return page.relative_to(ROOT).as_posix()
-
-
-MENTION = re.compile(r"\b(docs/(?:[\w-]+/)*[\w-]+\.(?:md|png|py))\b")
-
-
-def mentions(text: str) -> set[str]:
-    """Every file of docs/ that a text names."""
-    return set(MENTION.findall(text))

@@ -91,15 +91,8 @@ def with_sections(text: str) -> str:
         return text
     places = [re.sub(r"[^\w -]", "", name.lower()).replace(" ", "-") for name in names]
     before, after = re.split(r"^(?=## )", text, maxsplit=1, flags=re.MULTILINE)
-    return "\n".join(
-        [
-            before + ":::{container} sections",
-            *(f"- [{name}](#{where})" for name, where in zip(names, places, strict=True)),
-            ":::",
-            "",
-            after,
-        ]
-    )
+    listed = "\n".join(f"- [{name}](#{where})" for name, where in zip(names, places, strict=True))
+    return f"{before}:::{{container}} sections\n{listed}\n:::\n\n{after}"
 
 
 ACCESSIBLE = {
