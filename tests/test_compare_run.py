@@ -354,7 +354,7 @@ def test_missions_that_differ_in_anything_fly_the_same_noise(tmp_path):
     assert [row["controller"] for row in rows(tmp_path / "out", "cells.csv")] == ["pid", "geometric", "heavy"]
     table = pq.read_table(tmp_path / "out" / "flights").to_pylist()
     assert len(table) == 30
-    assert "the missions: " in result.out
+    assert " is best (median position RMSE " in result.out and "the missions: " not in result.out
     said = " and controller type (pid against geometric against pid)."
     assert re.search(rf"They differ in .*mass .*{re.escape(said)}", result.out)
     assert result.out.splitlines()[-1] == f"Report: {tmp_path / 'out' / 'report.html'}"
@@ -444,8 +444,9 @@ def test_few_flights_lose_nothing_and_decide_nothing(tmp_path):
     result = quadstep("compare", *files, "--seeds", 4, "--out", out)
     assert (result.code, result.err) == (0, "")
     assert "With so few flights no difference can be significant: 1 pair takes at least 6 flights each." in result.out
-    assert "(4 flights are too few for an interval); at rest its loop is sound: " in result.out
-    assert " N/s; not significantly better than" in result.out
+    assert "(4 flights are too few for an interval); not significantly better than" in result.out
+    assert " has the smallest median position RMSE (" in result.out and " but is not shown to be better than " in result.out
+    assert "At rest the loop of " in result.out and " is sound: " in result.out
     assert "[-, -]" in (out / "report.html").read_text(encoding="utf-8")
     for text in (result.out, (out / "results.md").read_text(encoding="utf-8")):
         assert "lost]" not in text
@@ -459,7 +460,8 @@ def test_the_best_of_laws_that_do_not_follow_their_path_is_not_praised(tmp_path)
     report = (out / "report.html").read_text(encoding="utf-8")
     answer = html.unescape(re.search(r'<p class="answer">(.*?)</p>', report)[1])
     assert answer.startswith("No mission flies as asked: ")
-    assert "cm, but in its median flight, its error is large for its path (" in answer
+    assert " cm, but not as asked: large error" in answer
+    assert "cm, but in its median flight, its error is large for its path (" in report
     assert answer[1:-1].replace("\N{NO-BREAK SPACE}", " ") in result.out
     assert "large error" in (out / "table.tex").read_text(encoding="utf-8")
 
@@ -483,19 +485,19 @@ def test_a_cell_has_the_grade_that_fly_gives_its_median_flight(done):
 
 def test_flights_that_do_not_differ_are_said_to_decide_nothing(tmp_path):
     still = MISSION.replace("position_noise = 0.005", "")
-    files = [write(tmp_path, f'{still}[controller]\ntype = "{name}"\n', f"{name}.toml") for name in ("pid", "geometric")]
+    laws = {"pid": "", "geometric": "k_x = 9.0\n"}
+    files = [write(tmp_path, f'{still}[controller]\ntype = "{law}"\n{more}', f"{law}.toml") for law, more in laws.items()]
     out = tmp_path / "out"
     result = quadstep("compare", *files, "--seeds", 6, "--out", out)
     assert (result.code, result.err) == (0, "")
-    assert "2 missions, 6 flights each, all alike. They differ in controller type" in result.out
-    assert "(pid against geometric)." in " ".join(result.out.split())
+    assert "2 missions, 6 flights each, all alike.\nThey differ in controller type" in result.out
+    assert "(pid against geometric) and k_x (unset against 9)." in " ".join(result.out.split())
     assert "cm; its 6 flights do not differ, so nothing is statistical.\n" in result.out
     assert "decided" not in result.out
     (pair,) = rows(out, "pairs.csv")
     assert pair["better"] == ""
     report = (out / "report.html").read_text(encoding="utf-8")
-    said = r'<p class="answer">(pid|geometric) has the smallest median position RMSE, [^<]*</p><p>Its 6 flights do not differ'
-    assert re.search(said, report)
+    assert re.search(r'<p class="answer">(pid|geometric) is best \(position RMSE [^<]* cm, next [^<]* cm\)\.</p>', report)
     assert "<small>2 missions</small>" in report and "All missions fly the same path, with the same random" in report
     assert "Wilcoxon" not in report and "best mean rank" not in report and "Friedman" not in report
     assert "everything else is the same" not in report  # missions differ in whatever they like

@@ -93,14 +93,22 @@ def unlike(cells: Sequence[StudyCell]) -> str:
     found: list[str] = []
     for section in dict.fromkeys(name for side in sides for name in side if name not in NO_CONDITIONS):
         tables = [values_in(section, side.get(section)) for side in sides]
-        keys = [key for key in dict.fromkeys(chain(*tables)) if any(one.get(key) != tables[0].get(key) for one in tables)]
+        keys = unequal(tables)
         kinds = [key for key in keys if key in (f"{section}.type", f"{section}.preset")]
-        named = kinds or keys
-        for key in named if len(named) <= NAMED else ():
+        if kinds:  # whose other keys differ anyway, but for those that were written
+            tables = [values_in(section, one.campaign.content.get(section)) for one in cells]
+            keys = unequal(tables)
+        rest = [key for key in keys if key not in kinds]
+        for key in [*kinds, *(rest if len(rest) <= NAMED else ())]:
             values = (text_of(one[key]) if one.get(key) is not None else "unset" for one in tables)
             found.append(f"{label(cells[0].mission, key)} ({' against '.join(values)})")
-        found += [f"{len(named)} keys of {section}"] if len(named) > NAMED else []
+        found += [f"{len(rest)} {'other ' if kinds else ''}keys of {section}"] if len(rest) > NAMED else []
     return f"They differ in {listed(found)}." if found else "They differ in no setting." if len(cells) > 1 else ""
+
+
+def unequal(tables: Sequence[dict[str, object]]) -> list[str]:
+    """Keys whose values are not the same in all."""
+    return [key for key in dict.fromkeys(chain(*tables)) if any(one.get(key) != tables[0].get(key) for one in tables)]
 
 
 def values_in(section: str, value: object) -> dict[str, object]:

@@ -13,8 +13,9 @@ from quadstep.report.canvas import drawing, legend_columns, write
 from quadstep.report.colours import CURVES
 from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.report.told import ToldPlace, tell
+from quadstep.studies.comparison.answer import unit_of
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.words import LOST, interval_text, percent, share_lost, situation_caption, title, unit_of
+from quadstep.studies.comparison.words import LOST, interval_text, percent, share_lost, situation_caption, title
 
 SHAPES, FACES = "osD^v<>ph*", ("black", "white", *CURVES[:2])
 """Of marks: told apart by shape and fill."""
@@ -22,8 +23,8 @@ SHAPES, FACES = "osD^v<>ph*", ("black", "white", *CURVES[:2])
 MANY = 10
 """Controllers."""
 
-A_CONTROLLER, BETWEEN = 0.13, 0.22
-"""Height of a controller's line, and between situations [in]."""
+A_CONTROLLER, BETWEEN = 0.13, 0.32
+"""Height of a controller's line, and between situations, whose names stand there [in]."""
 
 
 def mark(place: int) -> tuple[str, str]:
@@ -48,6 +49,10 @@ def draw_vehicle(path: Path, results: Comparison, vehicle: str, sheet: Sheet) ->
         figure = Figure(figsize=(sheet.inches(COLUMN), height), layout="constrained")
         axes = figure.add_subplot()
         for row, situation in enumerate(situations):
+            axes.annotate(
+                situation_caption(situation), (0.0, A_CONTROLLER - row * group), xycoords=("axes fraction", "data"),
+                xytext=(4, 0), textcoords="offset points", va="center",
+            )  # fmt: skip
             for one in results.of(situation):
                 place = names.index(one.controller)
                 height = -row * group - place * A_CONTROLLER
@@ -56,10 +61,8 @@ def draw_vehicle(path: Path, results: Comparison, vehicle: str, sheet: Sheet) ->
         for place, name in enumerate(names):
             shape, face = mark(place)
             axes.plot([], [], linestyle="", marker=shape, color="black", markerfacecolor=face, label=name)
-        middle = 0.5 * A_CONTROLLER * (len(names) - 1)
-        labels = [situation_caption(one) for one in situations]
-        axes.set_yticks([-row * group - middle for row in range(len(situations))], labels)
-        axes.set_ylim(-len(situations) * group + 0.5 * BETWEEN, 0.5 * BETWEEN + A_CONTROLLER)
+        axes.set_yticks([])
+        axes.set_ylim(-len(situations) * group + 0.5 * BETWEEN, BETWEEN)
         axes.grid(visible=False, axis="y")
         scaled(axes)
         axes.set_xlabel(f"{title(results.metrics[results.metric])}: median with 95 % interval, line to the {results.high}")

@@ -22,6 +22,7 @@ from quadstep.report.units import counted
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.single_flight import replay
 from quadstep.studies.comparison import robustness, tables, words
+from quadstep.studies.comparison.answer import several
 from quadstep.studies.comparison.cells import FIRST, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.jobs import Job
@@ -86,11 +87,6 @@ def evidence(
     problems = {one.line for one in results.problems}
     uncounted = words.not_counted(results)
     said = [*uncounted, *(one for one in (first, *others) if one not in problems), *results.left_out]
-    if len(results.ranked) == 1 and len(results.controllers) > 1:  # who is best there is the answer
-        first, others = others[0].removeprefix(f"{words.MISSIONS}: "), [first, *others[1:]]
-        first = f"N{first[1:]}" if first.startswith(f"no {results.kind} ") else first
-    lead, _, rest = first.partition("; ")
-    first = f"{lead}. {rest[0].upper()}{rest[1:]}" if rest else first
     metric, many = words.title(results.metrics[results.metric]), len(results.controllers) > MANY
     figures = {
         vehicle: Figure(
@@ -168,12 +164,17 @@ def facts(results: Comparison) -> list[markup.Fact]:
         return [flown]
     rank = min(results.overall().values())
     decided = sum(pair.winner is not None for one in results.ranked.values() for pair in one.pairs)
-    first = markup.Fact("best mean rank", words.several(results.leaders), f"{rank:.2f}, from 0 (best) to 1")
+    first = markup.Fact("best mean rank", several(results.leaders), f"{rank:.2f}, from 0 (best) to 1")
     graded = [one.grade.grade for one in results.results if one.grade]
     count = f"{graded.count(FlightGrade.AS_ASKED)} of {len(graded)}"
     asked = markup.Fact("flown as asked", count, "median flights, one of each cell")
     pairs = markup.Fact("pairs decided", f"{decided} of {results.pairs}", "with 95 % confidence in all of them jointly")
-    return [*([] if results.copies else [first]), *([asked] if graded else []), *([pairs] if results.pairs else []), flown]
+    return [
+        *([first] if len(results.ranked) > 1 else []),
+        *([asked] if graded else []),
+        *([pairs] if results.pairs else []),
+        flown,
+    ]
 
 
 def as_json(results: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str, object]:
@@ -213,10 +214,12 @@ def as_json(results: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str,
 def markdown(results: Comparison, pictures: Mapping[str, Path]) -> str:
     """The page. pictures: the figure of each vehicle, without its ending."""
     first, *others = words.sentences(results)
+    of_all = words.of_all(results) if len(results.controllers) > 1 else []
     parts = [
         f"# {results.name}",
         f"Made by quadstep {__version__} from `{Path(results.source).name}`, seed {results.seed}.",
         first,
+        *([bullets(of_all)] if of_all else []),
     ]
     if results.limitations:
         parts += ["## Limitations", bullets(results.limitations)]
@@ -232,7 +235,7 @@ def markdown(results: Comparison, pictures: Mapping[str, Path]) -> str:
         parts += ["## Margins", FAILING, markdown_table(results.headed(tables.MARGIN_HEADER), tables.margin_rows(results))]
     parts += [
         "## Situation by situation",
-        bullets(others),
+        bullets(others[len(of_all) :]),
         words.method(results),
     ]
     if len(results.controllers) > 1:

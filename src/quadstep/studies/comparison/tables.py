@@ -9,10 +9,11 @@ import pyarrow as pa
 from quadstep.report.publish import booktabs, cell, write_csv
 from quadstep.report.units import counted
 from quadstep.studies.campaign.store import parquet
+from quadstep.studies.comparison.answer import unit_of
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.cost import BOARD
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.words import NOTHING, interval_text, percent, share_lost, title, unit_of
+from quadstep.studies.comparison.words import NOTHING, interval_text, percent, share_lost, title
 
 Row = dict[str, object]
 

@@ -1,23 +1,20 @@
 """What a comparison has found, in words: what is decided, and what is not."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
 
 from quadstep.linear.grade import WORST_FIRST
 from quadstep.metrics.registry import at_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.report.units import counted, listed, prose
+from quadstep.studies.comparison.answer import SEVERAL, answer, negligible, nobody_flies_as_asked, several, unit_of
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.ranking import ALPHA, Pair, Ranked, by_chance, fewest
+from quadstep.studies.comparison.ranking import ALPHA, Ranked, by_chance, fewest
 from quadstep.studies.tuning.objective import NEGLIGIBLE
 
 LOST, NOTHING = "lost", "-"
-
-MISSIONS = "the missions"
-"""What the situation of a comparison of missions is called."""
 
 SAME_FLIGHTS = {
     "controller": "All controllers fly the same flights in a situation: the same path and draws, and the same wind and noise "
@@ -37,22 +34,9 @@ def method(results: Comparison) -> str:
     return same if results.copies else " ".join(filter(None, (METHOD.format(same), searches(results))))
 
 
-class Unit(NamedTuple):
-    """What a metric is shown in. factor: times the value in SI."""
-
-    name: str
-    factor: float
-
-
 def situation_caption(situation: Situation) -> str:
     """What a vehicle's figure calls a situation."""
     return prose(", ".join(filter(None, situation[1:]))) or "missions"
-
-
-def unit_of(full: str) -> Unit:
-    """Of a metric by its name with unit: centimetres for metres."""
-    unit = full.partition("[")[2].rstrip("]")
-    return Unit("cm", 100.0) if unit == "m" else Unit(unit, 1.0)
 
 
 def title(full: str) -> str:
@@ -92,8 +76,8 @@ def share_lost(one: SituationResult) -> str:
 
 
 def sentences(results: Comparison) -> list[str]:
-    """The finding as a whole, then situation by situation."""
-    lines = [of_all(results)] if len(results.controllers) > 1 else []
+    """The answer, what holds for all, then situation by situation."""
+    lines = [answer(results), *of_all(results)] if len(results.controllers) > 1 else []
     lines += [of_situation(results, situation, ranked) for situation, ranked in results.ranked.items()]
     lines += missed_limits(results)
     lines += [problem.line for problem in results.problems]
@@ -124,79 +108,61 @@ def not_counted(results: Comparison) -> list[str]:
     ]
 
 
-def of_all(results: Comparison) -> str:
-    """How much is decided, and who ranks first."""
+def of_all(results: Comparison) -> list[str]:
+    """Who ranks first and what its loop is, what was flown, and how much is decided."""
     pairs = [pair for one in results.ranked.values() if not one.copies for pair in one.pairs]
     decided, kept = sum(pair.winner is not None for pair in pairs), sum(pair.keeper is not None for pair in pairs)
-    every = [(situation, pair) for situation, one in results.ranked.items() for pair in one.pairs]
-    tiny = sum(negligible(results, situation, pair) for situation, pair in every)
-    won = [negligible(results, situation, pair) for situation, pair in every if pair.winner in results.leaders]
+    tiny = sum(negligible(results, situation, pair) for situation, one in results.ranked.items() for pair in one.pairs)
     slight = f" (in {tiny} of these by less than {100.0 * NEGLIGIBLE:g} %)" if tiny else ""
     many = len(results.ranked)
     over = f" over {many} situations" if many > 1 else ""
     first, *others = results.leaders
-    everywhere = " in every situation" if results.kind == "controller" else ""
-    alike = ", all alike" if results.copies else ""
-    text = f"{counted(len(results.controllers), results.kind)}, {counted(results.seeds, 'flight')} each{everywhere}{alike}."
-    text += f" {results.unlike}" if results.unlike else ""
+    lines = []
     if many > 1:
-        lost = [one.lost.value for one in results.results if one.controller == first and one.lost.value]
-        who = first if others else "it"
+        flown = [one for one in results.results if one.controller == first]
+        lost = [one.lost.value for one in flown if one.lost.value]
+        who, whose = (first, f"{first}'s") if others else ("it", "its")
         loses = f", though {who} loses flights in {len(lost)} of {many} situations" if lost else ""
         loses += f", up to {end_percent(100.0 * max(lost))} % of them" if lost else ""
-        flown = sum(one.controller == first for one in results.results)
-        loses += fall_short(
-            [one for one in results.results if one.controller == first], results.metric, f"{first}'s" if others else "its"
-        )
-        some = f" over the {flown} of {many} situations that {who} flew" if flown < many else ""
+        some = f" over the {len(flown)} of {many} situations that {who} flew" if len(flown) < many else ""
         leads = f"{several(results.leaders)} share" if others else f"{first} has"
-        leads = (
-            f"No {results.kind} flies as asked in any situation: {leads}" if nobody_flies_as_asked(results.results) else leads
-        )
-        chance = (
-            f"is shown to be better by less than {100.0 * NEGLIGIBLE:g} % only"
-            if won
-            else "no difference from another is shown"
-        )
-        chance = "" if others or not pairs or not all(won) else f", but {chance}"
         rank = f"{min(results.overall().values()):.2f} from 0 (always first) to 1 (always last)"
-        text = f"{leads} the best mean rank{some}, {rank}{loses}{chance}{'' if others else with_grade(results, first)}. {text}"
+        lines.append(f"{leads} the best mean rank{some}, {rank}{loses}{fall_short(flown, results.metric, whose)}.")
+    lines += [] if others else with_grade(results, first)
+    everywhere = " in every situation" if results.kind == "controller" else ""
+    alike = ", all alike" if results.copies else ""
+    lines.append(
+        f"{counted(len(results.controllers), results.kind)}, {counted(results.seeds, 'flight')} each{everywhere}{alike}."
+    )
+    lines += [results.unlike] if results.unlike else []
     if results.problems:
         out = dict.fromkeys(one.controller[1] if one.controller else "a whole situation" for one in results.problems)
-        text += f" Missing from some or all situations because they failed: {several(list(out))}."
+        lines.append(f"Missing from some or all situations because they failed: {several(list(out))}.")
     if pairs and results.seeds < fewest(len(pairs)):
-        text += (
-            f" With so few flights no difference can be significant: {counted(len(pairs), 'pair')} "
+        lines.append(
+            f"With so few flights no difference can be significant: {counted(len(pairs), 'pair')} "
             f"{'take' if len(pairs) > 1 else 'takes'} at least {fewest(len(pairs))} flights each."
         )
     elif pairs:
-        text += (
-            f" Tracking differs significantly in {decided} of {len(pairs)} pairs{over}{slight}, the number of lost flights in "
+        lines.append(
+            f"Tracking differs significantly in {decided} of {len(pairs)} pairs{over}{slight}, the number of lost flights in "
             f"{kept or 'none'}."
         )
-    return text
+    return lines
 
 
-def negligible(results: Comparison, situation: Situation, pair: Pair) -> bool:
-    """Whether a pair is decided, but by flights that all complete and hardly differ."""
-    lower = min(one.spreads[results.metric].median.value for one in results.of(situation) if one.controller in pair[:2])
-    return pair.winner is not None and pair.lost == 0.0 and abs(pair.difference.value) < NEGLIGIBLE * lower
-
-
-def with_grade(results: Comparison, controller: str, vehicle: str | None = None) -> str:
-    """What a winner's loop is and costs, to follow its name: the worst grade over vehicles, and rotor activity."""
-    loops = [(one, where) for (where, name), one in results.linear.items() if name == controller and vehicle in (None, where)]
+def with_grade(results: Comparison, controller: str) -> list[str]:
+    """What a winner's loop is, the worst over vehicles, and what it asks of the rotors: a sentence, if anything is known."""
+    loops = [(one, where) for (where, name), one in results.linear.items() if name == controller]
     if not loops:
-        return ""
+        return []
     worst, where = min(loops, key=lambda loop: WORST_FIRST.index(loop[0].grade))
-    whose = "its loop without the estimator" if worst.estimator else "its loop"
-    text = f"; {f'on {where} ' if where and vehicle is None else ''}{at_rest({'grade': worst.grade, 'why': worst.why}, whose)}"
-    effort = [
-        one.effort.activity
-        for one in results.results
-        if one.controller == controller and vehicle in (None, one.situation.vehicle) and math.isfinite(one.effort.activity)
-    ]
-    return text + (f"; rotor activity {sum(effort) / len(effort):.3g} N/s" if effort else "")
+    whose = f"the loop of {controller}{' without the estimator' if worst.estimator else ''}"
+    text = f"{f'on {where} ' if where else ''}{at_rest({'grade': worst.grade, 'why': worst.why}, whose)}"
+    effort = [one.effort.activity for one in results.results if one.controller == controller]
+    known = [one for one in effort if math.isfinite(one)]
+    text += f"; rotor activity {sum(known) / len(known):.3g} N/s" if known else ""
+    return [f"{text[:1].upper()}{text[1:]}."]
 
 
 def ranked_in(results: Comparison) -> str:
@@ -231,19 +197,22 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     }
     best = min(results, key=lambda name: places[name])
     tied = [name for name, place in places.items() if place == places[best]]
-    where, full = situation.label or MISSIONS, found.metrics[found.metric]
-    where += " (tuned in)" if situation in found.tuned_in else ""
+    tuned, full = " (tuned in)" if situation in found.tuned_in else "", found.metrics[found.metric]
+    where = f"{situation.label}{tuned}: " if situation.label else ""
     unit = unit_of(full)
     median = results[best].spreads[found.metric].median
     if not math.isfinite(median.value):
-        text = f"{where}: every {found.kind} loses at least half of its flights; tracking is not compared"
+        text = (
+            f"{where}{'every' if where else 'Every'} {found.kind} loses at least half of its flights; tracking is not compared"
+        )
         return f"{text}. {lost_flights(results)}".strip()
     words = full.partition("[")[0].replace("_", " ").replace("rmse", "RMSE")
     share = results[best].lost.value
     who, has = ("each", "share") if len(tied) > 1 else ("it", "has")
     loses = f", though {who} loses {end_percent(100.0 * share)} % of its flights," if share else ""
-    nobody = f"no {found.kind} flies as asked: " if nobody_flies_as_asked(results.values()) and len(results) > 1 else ""
-    text = f"{where}: {nobody}{several(tied)}{loses} {has} the smallest median {words}, "
+    none = len(found.ranked) > 1 and len(results) > 1 and nobody_flies_as_asked(results.values())
+    nobody = f"no {found.kind} flies as asked: " if none else ""
+    text = f"{where}{nobody}{several(tied)}{loses} {has} the smallest median {words}, "
     value = f"{unit.factor * median.value:.3g} {unit.name}"
     if ranked.copies:
         text += (
@@ -256,7 +225,6 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     else:
         text += f"{interval_text(median, unit.factor)} {unit.name}"
     text += falls_short(results, best, tied)
-    text += with_grade(found, best, situation.vehicle) if len(found.ranked) == len(tied) == 1 else ""
     beaten: list[str] = []
     better: list[str] = []
     open_: list[str] = []
@@ -274,11 +242,6 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     if better:
         text += f"; flight by flight {several(better)} {'is' if len(better) == 1 else 'are'} better"
     return f"{text}. {lost_flights(results)}".strip()
-
-
-def nobody_flies_as_asked(results: Iterable[SituationResult]) -> bool:
-    """Whether the median flight of every cell is known not to be as asked: those of an autopilot are not graded."""
-    return all(one.grade is not None and one.grade.grade is not FlightGrade.AS_ASKED for one in results)
 
 
 def fall_short(results: Sequence[SituationResult], metric: str, whose: str) -> str:
@@ -301,17 +264,6 @@ def falls_short(results: Mapping[str, SituationResult], best: str, tied: Sequenc
     grade = results[best].grade
     whose = "its median flight" if len(tied) == 1 else f"the median flight of {best}"
     return f", but in {whose}, {listed(grade.reasons)}" if grade and grade.reasons else ""
-
-
-SEVERAL = 8
-"""Controllers that a sentence names; more are counted, and tables have them."""
-
-
-def several(names: Sequence[str]) -> str:
-    """Names as a sentence lists them, in quotes where one has a comma itself, or how many others they are."""
-    if len(names) > SEVERAL:
-        return f"{len(names)} others"
-    return listed([f"'{name}'" if "," in name else name for name in names])
 
 
 def lost_flights(results: dict[str, SituationResult]) -> str:

@@ -1,0 +1,149 @@
+"""The answer of a comparison: who is shown to be best where, and by what number."""
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from quadstep.metrics.verdict import FlightGrade
+from quadstep.report.units import listed, metric, percent
+from quadstep.studies.comparison.cells import Situation
+from quadstep.studies.comparison.entrants import Comparison, SituationResult
+from quadstep.studies.comparison.ranking import Pair
+from quadstep.studies.tuning.objective import NEGLIGIBLE
+
+MOST_NAMED = 4
+"""Situations that the answer names; more are counted."""
+
+SEVERAL = 8
+"""Controllers that a sentence names; more are counted, and tables have them."""
+
+
+class Unit(NamedTuple):
+    """What a metric is shown in. factor: times the value in SI."""
+
+    name: str
+    factor: float
+
+
+def unit_of(full: str) -> Unit:
+    """Of a metric by its name with unit: centimetres for metres."""
+    unit = full.partition("[")[2].rstrip("]")
+    return Unit("cm", 100.0) if unit == "m" else Unit(unit, 1.0)
+
+
+def answer(results: Comparison) -> str:
+    """Who is best where that is shown; elsewhere who leads, and over whom that is not shown."""
+    found = {situation: leading(results, situation) for situation in results.ranked}
+    won = {where: best for where, (best, rivals) in found.items() if best and not rivals}
+    nobody = f"No {results.kind} flies as asked{' in any situation' * (len(found) > 1)}: "
+    return (nobody if nobody_flies_as_asked(results.results) else "") + (
+        named(results, found, won) if len(found) <= MOST_NAMED else numbered(results, list(won.values()))
+    )
+
+
+def leading(results: Comparison, situation: Situation) -> tuple[str, list[str]]:
+    """Who has the smallest median, nobody where all lose half of their flights; than whom it is not shown to be better by
+    more than next to nothing.
+    """
+    medians = {one.controller: one.spreads[results.metric].median.value for one in results.of(situation)}
+    best = min(medians, key=medians.__getitem__)
+    if not math.isfinite(medians[best]):
+        return "", []
+    if results.ranked[situation].copies:
+        near = medians[best] + NEGLIGIBLE * abs(medians[best])
+        return best, [name for name, value in medians.items() if name != best and value <= near]
+    beaten = {
+        other
+        for pair in results.ranked[situation].pairs
+        for one, other in (pair[:2], pair[1::-1])
+        if pair.winner == best == one and not negligible(results, situation, pair)
+    }
+    return best, [name for name in medians if name not in (best, *beaten)]
+
+
+def named(results: Comparison, found: dict[Situation, tuple[str, list[str]]], won: dict[Situation, str]) -> str:
+    """Situation by situation."""
+    copies = all(one.copies for one in results.ranked.values())
+    words = f"{'' if copies else 'median '}{metric(results.metrics[results.metric])[0]}"
+    parts: list[str] = []
+    for name in dict.fromkeys(won.values()):
+        there = [where for where, best in won.items() if best == name]
+        places = [f"{within(results, where)}({worth(results, where, name)})" for where in there]
+        parts.append(f"{several([name])} {'' if parts else 'is best '}{listed(places)}")
+    if parts:
+        parts[0] = parts[0].replace("(", f"({words} ", 1)
+    said = [f"{', '.join(parts[:-1])}{', and ' if parts[1:] else ''}{parts[-1]}."] if parts else []
+    for where, (best, rivals) in found.items():
+        place = within(results, where).strip()
+        start = f"I{place[1:]}, " if place else ""
+        if not best:
+            said.append(f"{start}{'every' if start else 'Every'} {results.kind} loses at least half of its flights.")
+        elif rivals:
+            beside = f" ({median(results, where, rivals[0])})" if len(rivals) == 1 else ""
+            slight = any(negligible(results, where, pair) and best in pair[:2] for pair in results.ranked[where].pairs)
+            by = f" by {100.0 * NEGLIGIBLE:g} % or more" if slight or results.ranked[where].copies else ""
+            said.append(
+                f"{start}{several([best])} has the smallest {words} ({worth(results, where, best)}), but is not shown to be "
+                f"better{by} than {several(rivals)}{beside}."
+            )
+    return " ".join(said)
+
+
+def numbered(results: Comparison, winners: Sequence[str]) -> str:
+    """In how many situations who is best."""
+    count = {name: winners.count(name) for name in sorted(set(winners), key=lambda name: (-winners.count(name), name))}
+    first = " is shown to be best in {} of " + f"{len(results.ranked)} situations"
+    parts = [f"{name}{f' in {many}' if place else first.format(many)}" for place, (name, many) in enumerate(count.items())]
+    rest = len(results.ranked) - len(winners)
+    nobody = f"no {results.kind} is shown to be better than all others"
+    if not parts:
+        return f"In none of {len(results.ranked)} situations is one {results.kind} shown to be better than all others."
+    return f"{listed(parts[:SEVERAL])}.{f' In {rest}, {nobody}.' if rest else ''}"
+
+
+def within(results: Comparison, situation: Situation) -> str:
+    """In which situation, without what all share, in quotes where it has a comma, and a blank."""
+    parts = [part for place, part in enumerate(situation) if len({one[place] for one in results.ranked}) > 1]
+    return f"in {several([', '.join(filter(None, parts))])} " if parts else ""
+
+
+def median(results: Comparison, situation: Situation, name: str) -> str:
+    """Of a controller's flights."""
+    value = next(one.spreads[results.metric].median.value for one in results.of(situation) if one.controller == name)
+    unit = unit_of(results.metrics[results.metric])
+    return f"{unit.factor * value:.3g} {unit.name}".strip() if math.isfinite(value) else "lost"
+
+
+def worth(results: Comparison, situation: Situation, best: str) -> str:
+    """The median of the best, what speaks against it, of one situation the next best too, and who loses flights."""
+    cells = {one.controller: one for one in results.of(situation)}
+    lost, grade = cells[best].lost.value, cells[best].grade
+    text = median(results, situation, best)
+    text += f", though it loses {percent(lost)} of its flights" if lost else ""
+    text += f", but not as asked: {listed(grade.labels)}" if grade and grade.labels else ""
+    others = {name: one for name, one in cells.items() if name != best}
+    if others and len(results.ranked) == 1:
+        second = min(others, key=lambda name: others[name].spreads[results.metric].median.value)
+        text += f", next {second} with {median(results, situation, second)}"
+    losing = [f"{name} loses {percent(one.lost.value)}" for name, one in others.items() if one.lost.value]
+    if len(losing) > 2:
+        return f"{text}, while {len(losing)} others lose flights"
+    return f"{text}, while {listed(losing)} of its flights" if losing else text
+
+
+def negligible(results: Comparison, situation: Situation, pair: Pair) -> bool:
+    """Whether a pair is decided, but by flights that all complete and hardly differ."""
+    lower = min(one.spreads[results.metric].median.value for one in results.of(situation) if one.controller in pair[:2])
+    return pair.winner is not None and pair.lost == 0.0 and abs(pair.difference.value) < NEGLIGIBLE * lower
+
+
+def nobody_flies_as_asked(results: Iterable[SituationResult]) -> bool:
+    """Whether the median flight of every cell is known not to be as asked: those of an autopilot are not graded."""
+    return all(one.grade is not None and one.grade.grade is not FlightGrade.AS_ASKED for one in results)
+
+
+def several(names: Sequence[str]) -> str:
+    """Names as a sentence lists them, in quotes where one has a comma itself, or how many others they are."""
+    if len(names) > SEVERAL:
+        return f"{len(names)} others"
+    return listed([f"'{name}'" if "," in name else name for name in names])
