@@ -16,7 +16,7 @@ from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.single import FlownAgain, flown_again, write_flights
 from quadstep.studies.campaign.store import parquet
-from quadstep.studies.envelope_map import CAUSES, FLYABLE, Cells, cells_of, coloured, draw_map, in_words, table
+from quadstep.studies.envelope_map import CAUSES, FLYABLE, Cells, cells_of, coloured, draw_map, in_brief, in_words, table
 from quadstep.studies.envelope_request import Request, Value, as_typed
 from quadstep.studies.study import Flown, Study
 
@@ -168,10 +168,27 @@ def answer(envelope: Envelope) -> str:
     over = f"combination{plural} of {words(asked.x.key)} and {words(asked.y.key)}"
     if all(one.flyable == one.cells for one in envelope.panels):
         whole = f"Every one of the {envelope.panels[0].cells} {over} can be flown{asked.campaign.meaning}"
-        return f"{whole}{most_of(asked)}: the limit lies outside this map or between its points.{idle(envelope)}"
+        return (
+            f"{whole}{most_of(asked)}: the limit lies outside this map or between its points.{ends(envelope)}{idle(envelope)}"
+        )
     first, *others = [(f"{one.flyable} of {one.cells}", f" with {one.name}" if one.name else "") for one in envelope.panels]
     parts = [f"{first[0]} {over} can be flown{first[1]}", *(f"{count}{where}" for count, where in others)]
-    return f"{', '.join(parts)}{asked.campaign.meaning}{most_of(asked)}.{idle(envelope)}"
+    return f"{', '.join(parts)}{asked.campaign.meaning}{most_of(asked)}.{ends(envelope)}{idle(envelope)}"
+
+
+def ends(envelope: Envelope) -> str:
+    """Where the error is least and where it is largest, in a sentence after a blank."""
+    asked, cells = envelope.asked, envelope.cells
+    shown = np.where(coloured(cells), cells.rmse, np.nan)
+    if np.isfinite(shown).sum() < 2 or np.nanmin(shown) == np.nanmax(shown):
+        return ""
+    axes = [(one, place) for place, one in ((2, asked.x), (1, asked.y), (0, asked.by)) if one]
+    told = []
+    for found in (np.nanargmin(shown), np.nanargmax(shown)):
+        where = np.unravel_index(found, shown.shape)
+        at = units.listed([in_words(one.key, one.values[where[place]]) for one, place in axes])
+        told.append(f"{units.quantity(float(shown[where]), 'm')} ({at})")
+    return f" The {'median ' if asked.flights > 1 else ''}position RMSE goes from {told[0]} to {told[1]}."
 
 
 def idle(envelope: Envelope) -> str:
@@ -215,7 +232,7 @@ def fact(one: MapPanel) -> markup.Fact:
 
 
 def row(one: MapPanel) -> list[str]:
-    causes = ", ".join(f"{name} {count}" for name, count in one.causes.items())
+    causes = ", ".join(f"{count} {in_brief(name)}" for name, count in one.causes.items())
     rmse = f"{units.quantity(one.rmse[0], 'm')} to {units.quantity(one.rmse[1], 'm')}" if one.rmse else "–"
     return [one.name or "the map", str(one.cells), str(one.flyable), units.percent(one.success), rmse, causes or "–"]
 

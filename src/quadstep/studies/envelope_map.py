@@ -170,6 +170,12 @@ LOOKS = {
 }
 """Grey, hatch and words for each cause (for the first the limits themselves): told apart by the hatch alone, and by grey."""
 
+
+def in_brief(cause: str) -> str:
+    """A cause in words, where there is no room for the limits themselves."""
+    return LOOKS[cause][2] or "above a limit"
+
+
 CONTOURS: dict[float, Literal[":", "-", "--"]] = {0.05: ":", 0.5: "-", 0.95: "--"}
 """Lines of equal success rate, where a cell has several flights."""
 
@@ -286,7 +292,7 @@ def tell_cells(axes: Axes, request: Request, cells: Cells, place: int) -> None:
         rmse, cause = float(cells.rmse[place, row, column]), int(cells.cause[place, row, column])
         told = [("succeed", percent(float(good)))] if cells.flights > 1 else []
         told += [("position RMSE", quantity(rmse, "m"))] if math.isfinite(rmse) else []
-        why = LOOKS[CAUSES[cause]][2] or "above a limit" if cause >= 0 else ""
+        why = in_brief(CAUSES[cause]) if cause >= 0 else ""
         told += [("most often" if cells.flights > 1 else "result", why)] if why else []
         tell(axes, ToldPlace(across[column], across[column + 1], up[row], up[row + 1], name, told))
 

@@ -40,7 +40,7 @@ from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing, write_csv
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import label
+from quadstep.report.units import counted, label
 
 CHUNK = 50_000
 ROUND_OFF = 1e-9
@@ -242,8 +242,8 @@ def sentences(completion: Completion) -> list[str]:
         f"{sum(m.bites for m in completion.margins)} fail if any term of their bound is made a tenth smaller.",
         *(
             f"Of {s.flights} flights the paper's law completes {s.other_flies}, '{law}' {s.law_flies}: {s.gained} gained, "
-            f"{s.lost} lost. Where both fly, its RMSE is {s.best_ratio:.2g} to {s.worst_ratio:.4g} times the paper's; "
-            f"it is worse by more than 1 % in {s.worse}."
+            f"{s.lost} lost. Where both complete, the RMSE of '{law}' is {s.best_ratio:.2g} to {s.worst_ratio:.4g} times that "
+            f"of the paper's law; it is larger by more than 1 % in {counted(s.worse, 'flight')}."
             for law, s in completion.summaries.items()
         ),
         f"Without its counter-term the completed law flies {u.law_flies} of these {u.flights}, with it {u.other_flies}; where "

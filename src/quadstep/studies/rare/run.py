@@ -159,7 +159,7 @@ def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> No
                 continue
             draw_event(axes, names[place], pieces)
             logarithmic(axes, "y")
-            axes.set_title(f"failure: {names[place]}")
+            axes.set_title(f"Failures: {names[place].replace(', above', ', but above')}")
             axes.set_ylabel("" if place % columns else "probability")
         write(figure, path, sheet)
 

@@ -124,18 +124,18 @@ def answer(compared: Compared) -> str:
     before, difference = compared.objective.present, compared.objective.difference
     present, tuned = compared.success
     errors = compared.rows[:2] if compared.better else []  # whatever the objective
-    risen = "".join(rise(one, compared.flights == 1) for one in errors)
+    moves = "".join(move(one, compared.flights == 1) for one in errors)
     if certain_sign(compared.success_difference, compared.flights == 1):  # which decides
         moved = "rises" if tuned.value > present.value else "falls"
         shares = (units.percent(*(one if compared.flights > 1 else one[:1])) for one in (present, tuned))
-        return with_number(compared, f"success {moved} from {' to '.join(shares)}.") + risen
+        return with_number(compared, f"success {moved} from {' to '.join(shares)}.") + moves
     said = compared.verdict
     if compared.verdict != UNCHANGED and before and difference and before.value:
         value, *ends = (part / before.value for part in difference)
         low, high = sorted(map(abs, ends)) if ends[0] * ends[1] > 0.0 and ends[1] - ends[0] > 1e-9 else (math.nan, math.nan)
         by = units.percent(abs(value), low, high)
         said = with_number(compared, f"the objective {'falls' if value < 0.0 else 'rises'} by {by}.")
-    said += risen
+    said += moves
     if tuned.value < 1.0:
         share = f"{units.percent(tuned.value)} of the flights succeed"
         share += f", {units.percent(present.value)} with the present gains" if present.value != tuned.value else ""
@@ -148,15 +148,21 @@ def with_number(compared: Compared, said: str) -> str:
     return f"{compared.verdict[:-1]}: {said}" if compared.better else f"{compared.verdict} {said[:1].upper()}{said[1:]}"
 
 
-def rise(one: Row, alone: bool) -> str:
-    """That a metric certainly rises, in a sentence after a blank; nothing where that is not shown, or negligible."""
-    if not (one.present and one.tuned and one.difference) or certain_sign(one.difference, alone) <= 0:
+def move(one: Row, alone: bool) -> str:
+    """That a metric certainly rises or falls, in a sentence after a blank; nothing where that is not shown, or negligible."""
+    if not (one.present and one.tuned and one.difference):
         return ""
-    if one.difference.value <= NEGLIGIBLE * one.present.value:
+    sign, change = certain_sign(one.difference, alone), one.difference.value
+    if (
+        abs(change) <= NEGLIGIBLE * one.present.value
+        or sign * change <= 0.0
+        or sign * (one.tuned.value - one.present.value) <= 0.0
+    ):
         return ""
     words, unit = units.metric(one.name)
-    low, high = (units.quantity(each.value, unit).replace("\N{NO-BREAK SPACE}", " ") for each in (one.present, one.tuned))
-    return f" The {words} rises from {low} to {high}."
+    before, after = (units.quantity(each.value, unit).replace("\N{NO-BREAK SPACE}", " ") for each in (one.present, one.tuned))
+    mean = "" if alone else "mean "
+    return f" The {mean}{words} {'rises' if sign > 0 else 'falls'} from {before} to {after}."
 
 
 def listed(values: list[float]) -> str:
