@@ -24,7 +24,7 @@ from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
 from quadstep.metrics.registry import REPORTED
 from quadstep.page import build
-from quadstep.page.cards import words
+from quadstep.page.comparison import words
 from quadstep.page.folder import manifest, names_files, open_result, plan_again, read_log, results
 from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
@@ -471,7 +471,9 @@ def test_an_address_that_is_none_is_answered(port, line, capfd):
 
 def test_no_word_of_a_number_is_written_twice():
     assert words("largest_weight_norm.norm_W1") == "largest weight norm W1"
-    assert words("position.x.rmse[m]") == "position x RMSE"
+    assert words("position.x.rmse[m]") == "x error, RMSE"
+    assert words("attitude.psi.error_settling[s]") == "yaw error, settling time"
+    assert words("tau_phi.largest[N m]") == "roll torque, largest"
     assert words("rotors.least[N]") == "least thrust of a rotor"
     log_metrics = [name for one in REPORTED for name in one.full_names({"x": "m", "norm_W1": "-", "rotors": "N"})]
     for said in map(words, log_metrics):
@@ -497,7 +499,7 @@ def test_of_two_the_closer_one_is_named(tmp_path):
     for name, rmse in (("near", 0.01), ("far", 0.03)):
         spoilt(tmp_path / name, name=name, **{"position_rmse[m]": rmse})
     text = answer(tmp_path, "/compare?a=far&b=near").text
-    assert "near is 3.0 times closer to its path than far." in text
+    assert "“near” is 3.0 times closer to its path than “far”." in text
     assert "10.0\u00a0mm" in text and "second / first" in text
     for one in ("a", "b"):
         spoilt(tmp_path / one, **{"largest_tilt[rad]": 0.1, "overturned[rad]": 0.1})
@@ -514,12 +516,13 @@ def test_the_numbers_of_a_row_have_one_unit_and_a_lost_flight_s_last_state_is_no
 
 
 @pytest.mark.parametrize(("first", "second", "said"), [
-    ({}, {"mission": {"path": {"type": "step"}}}, "a and b fly different paths, so their errors do not say which is better."),
-    ({"mission": {"vehicle": 1}}, {}, "a and b fly different vehicles, so their errors do not say which is better."),
-    ({"ended[s]": 6.0}, {}, "a and b fly different durations, so their errors do not say which is better."),
-    ({"outcome": "crashed"}, {}, "a was lost, so the errors are not compared."),
+    ({}, {"mission": {"path": {"type": "step"}}},
+        "“a” and “b” fly different paths, so their errors do not say which is better."),
+    ({"mission": {"vehicle": 1}}, {}, "“a” and “b” fly different vehicles, so their errors do not say which is better."),
+    ({"ended[s]": 6.0}, {}, "“a” and “b” fly different durations, so their errors do not say which is better."),
+    ({"outcome": "crashed"}, {}, "“a” was lost, so the errors are not compared."),
     ({"mission": {"score_from": 4.0}}, {},
-        "Their errors do not say which is better: those of a count from 4\u00a0s on and those of b "),
+        "Their errors do not say which is better: those of “a” count from 4\u00a0s on and those of “b” "),
 ])  # fmt: skip
 def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, first, second, said):
     for name, content in (("a", first), ("b", second)):
@@ -530,7 +533,8 @@ def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, f
     assert said in text
     assert "times closer" not in text and "second / first" not in text
     alike = "paths" not in said and "vehicles" not in said
-    assert ("#keep=b" in text) == alike == ("not overlaid" not in text)
+    assert ("#keep=b" in text) == alike == ("not overlaid" not in text) == ('src="/thumbs?a=a&amp;b=b"' in text)
+    assert text.count("<dt>") == (1 if "lost" in said else 2), "a lost flight has no error to show"
     shown = [one["id"] for one in data_of(answer(tmp_path, "/both?a=a&b=b").text)["flights"]]
     assert shown == ["a", "b"]
 
@@ -551,7 +555,7 @@ def test_of_two_in_other_wind_it_is_said(tmp_path):
             tmp_path / name, name=name, mission=mission, **{"position_rmse[m]": rmse, "outcome": "completed", "ended[s]": 5.0}
         )
     text = answer(tmp_path, "/compare?a=a&b=b").text
-    assert "With different wind and events: a is 3.0 times closer to its path than b." in text
+    assert "With different wind (5\u00a0m/s and none) and events: “a” is 3.0 times closer to its path than “b”." in text
 
 
 def test_a_lost_flight_has_no_error_to_rank_it_by_and_a_late_score_is_said(tmp_path):
@@ -603,10 +607,10 @@ def test_only_results_of_one_kind_can_be_ticked_and_the_two_are_named(tmp_path, 
         page.goto(f"http://127.0.0.1:{port}/")
         boxes = {name: page.locator(f"input[value={name}]") for name in ("a", "b", "study")}
         boxes["a"].check()
-        assert page.inner_text("#together") == "flight a: tick another to compare"
+        assert page.inner_text("#together") == "“flight a”: tick another to compare"
         assert boxes["study"].is_disabled() and boxes["b"].is_enabled()
         boxes["b"].check()
-        assert page.inner_text("#together") == "Compare flight a and flight b"
+        assert page.inner_text("#together") == "Compare “flight a” and “flight b”"
         assert page.get_attribute("#together", "href") == "/compare?a=a&b=b"
         boxes["a"].uncheck()
         boxes["b"].uncheck()
@@ -732,6 +736,9 @@ def test_a_flight_is_listed_with_a_picture_of_its_path_and_of_where_it_was_lost(
     assert "--blue:" in found.text
     assert "var(--bad)" not in found.text.split("<path")[3]
     assert "var(--bad)" in stamped(tmp_path, LOG + rows, "diverged").text.split("<path")[3]
+    two = answer(tmp_path, "/thumbs?a=one&b=one")
+    assert (two.kind, two.text.count("<path")) == ("image/svg+xml", 5) and "stroke-dasharray" in two.text
+    assert answer(tmp_path, "/thumbs?a=one&b=none").status == 404
     listed = answer(tmp_path, "/").text
     assert 'src="/thumb/one/"' in listed and "the line is the path flown, the pale band the path asked for" in listed
 

@@ -33,7 +33,7 @@
     const [a, b] = picked.map(encodeURIComponent), together = by("together");
     together.hidden = !picked.length;
     if (b) together.href = `/compare?a=${a}&b=${b}`; else together.removeAttribute("href");
-    together.textContent = b ? `Compare ${chosen[0].name} and ${chosen[1].name}` : picked.length ? `${chosen[0].name}: tick another to compare` : "";
+    together.textContent = b ? `Compare “${chosen[0].name}” and “${chosen[1].name}”` : picked.length ? `“${chosen[0].name}”: tick another to compare` : "";
   });
   for (const id of ["search", "kind", "order"]) by(id).addEventListener("input", show);
   show();

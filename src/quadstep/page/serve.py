@@ -11,6 +11,7 @@ import socket
 import tempfile
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path, PurePosixPath
@@ -21,10 +22,12 @@ from quadstep.io import files
 from quadstep.io.errors import UserError
 from quadstep.io.results_folder import opened
 from quadstep.metrics.verdict import FlightGrade
-from quadstep.page.cards import compared_page, list_page, thumbnail
+from quadstep.page.cards import list_page
+from quadstep.page.comparison import compared_page
 from quadstep.page.folder import grade, manifest, open_result, open_two, result_in, results
 from quadstep.page.model import Link
 from quadstep.page.sharing import COOKIE, LOCAL, Access, qr_drawing
+from quadstep.page.thumbnails import thumbnail
 
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; "
@@ -119,10 +122,11 @@ def compare(root: Path, query: str) -> str:
     return compared_page((first, second), (manifest(folders[0]), manifest(folders[1])))
 
 
-def stamp(folder: Path) -> str:
-    """The thumbnail of a flight. Raises UserError, ValueError, OSError where its log cannot be drawn."""
-    with opened(folder) as held, held.file("flight.csv", files.LOG) as log:
-        return thumbnail(log, grade(manifest(folder)) == FlightGrade.LOST)
+def stamp(*folders: Path) -> str:
+    """The thumbnail of a flight, or of two. Raises UserError, ValueError, OSError where a log cannot be drawn."""
+    with ExitStack() as held:
+        logs = [held.enter_context(held.enter_context(opened(one)).file("flight.csv", files.LOG)) for one in folders]
+        return thumbnail(*((log, grade(manifest(one)) == FlightGrade.LOST) for log, one in zip(logs, folders, strict=True)))
 
 
 DRAWN: Mapping[str, tuple[str, Callable[[Path], str]]] = {
@@ -140,11 +144,12 @@ def answer(root: Path, target: str, share: str = "") -> Answer:
         pages: dict[str, Callable[[], str]] = {
             "/": lambda: list_page(root, results(root), share),
             "/compare": lambda: compare(root, asked.query),
+            "/thumbs": lambda: stamp(*two_below(root, asked.query, "flight.csv")),
             "/both": lambda: open_two(two_below(root, asked.query, "flight.csv"), BACK),
         }
         if path in pages:
             listed = {"Content-Security-Policy": LISTED} if path == "/" else {}
-            return Answer(HTTPStatus.OK, KINDS[".html"], pages[path](), headers=listed)
+            return Answer(HTTPStatus.OK, KINDS[".svg" if path == "/thumbs" else ".html"], pages[path](), headers=listed)
         if path == "/favicon.ico":  # what browsers ask for of themselves
             return Answer(HTTPStatus.NO_CONTENT, KINDS[".txt"])
         if path.startswith("/files/"):
@@ -340,8 +345,6 @@ def bound_server(port: int, host: str, handler: type[Handler]) -> Server:
         raise UserError(
             f"port {port} of {host} cannot be used: {error.strerror or error}; choose another --host or --port"
         ) from None
-    except OverflowError:
-        raise UserError(f"port {port}: should be from 0 to 65535") from None
 
 
 def serve(folder: Path, port: int, access: Access, ready: Callable[[str], None], advise: Advise | None = None) -> None:

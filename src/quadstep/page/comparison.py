@@ -1,0 +1,199 @@
+"""Two results beside each other: one picture of both flights, and what their metrics.json say, number by number."""
+
+import math
+import re
+from collections.abc import Iterable
+from html import escape
+from urllib.parse import urlencode
+
+from quadstep.metrics.registry import Metrics
+from quadstep.metrics.verdict import scalars
+from quadstep.page.cards import best, picture
+from quadstep.page.folder import ResultFolder, name_in, scored_from
+from quadstep.page.model import identity
+from quadstep.page.thumbnails import COLOURS
+from quadstep.report import markup, units
+
+MOST_ROWS = 400
+RMSE = "position_rmse[m]"
+
+STYLE = """<style>
+.two { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 12px; }
+.two figure { margin: 0; }
+.two .drawn { flex: 1 1 100%; } .two img { width: 100%; max-width: 100%; max-height: 20rem; object-fit: contain; }
+.two img[src^="/thumb"] { background: none; } .two figcaption::before { content: none; }
+.two i { display: inline-block; width: 26px; border-top: 3px solid; margin: 0 6px 4px 0; } .two a + i { margin-left: 18px; }
+.two i.orange { border-top-style: dashed; } .two i.band { border-width: 8px; opacity: .26; margin-bottom: 2px; }
+</style>"""
+
+
+def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Metrics, Metrics]) -> str:
+    """The page. contents: of their metrics.json."""
+    first, second = (numbers(content) for content in contents)
+    names = [one.name if results[0].name != results[1].name else one.place.as_posix() for one in results]
+    quoted = [f"“{name}”" for name in names]
+    unlike = why_incomparable(quoted, *contents)
+    keys = [
+        key for key in dict.fromkeys([*first, *second]) if key not in TWINS or any(twin(one, key) for one in (first, second))
+    ]
+    header = ("", *names, "second / first")[: 3 if unlike else 4]
+    rows = [[words(key), *row(key, first.get(key), second.get(key))][: len(header)] for key in keys[:MOST_ROWS]]
+    errors = [
+        markup.Fact(f"{name}: position RMSE", units.quantity(one.rmse, "m"))
+        for name, one in zip(names, results, strict=True) if one.rmse is not None
+    ]  # fmt: skip
+    body = [markup.summary(unlike or conditions(*contents) + answer(quoted, first, second), errors)]
+    places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
+    pages = [f'<a href="{escape(best(one))}">{escape(name)}</a>' for one, name in zip(results, names, strict=True)]
+    flights = all("flight.csv" in one.files for one in results)
+    if flights and not (things := different(*contents)):
+        front, behind = (name_in(content, one.place.name) for one, content in zip(results, contents, strict=True))
+        behind = identity(behind, (identity(front, ()),))
+        key = "".join(
+            f'<i class="{one}" style="color: var(--{one})"></i>{page}' for one, page in zip(COLOURS, pages, strict=True)
+        )
+        shown = f'<img alt="" src="/thumbs?{escape(places)}"><figcaption>{key}<i class="band"></i>path asked for</figcaption>'
+        body.append(f'<div class="two"><figure>{shown}</figure></div>')
+        body.append(markup.links([(f"/both?{places}#keep={behind}", "Both flights, overlaid, live")]))
+    else:
+        drawn = zip(map(picture, results), pages, strict=True)
+        shown = "".join(
+            f'<figure><div class="drawn">{one}</div><figcaption>{page}</figcaption></figure>' for one, page in drawn
+        )
+        body.append(f'<div class="two">{shown}</div>')
+        if flights:
+            body.append(markup.links([(f"/both?{places}", "Both flights on one page")]))
+            body.append(markup.paragraph(f"They fly different {things}, so they are not overlaid."))
+    body += [markup.heading("All numbers", "numbers")]
+    body += [markup.table(header, rows, escape) if rows else markup.paragraph("Neither result has numbers to compare.")]
+    return markup.page_text(
+        f"{names[0]} and {names[1]}", [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE
+    )
+
+
+TWINS = {"overturned[rad]": "largest_tilt[rad]"}
+"""Metrics that say the same as another one wherever they are equal."""
+
+
+def twin(found: dict[str, float], key: str) -> bool:
+    """Whether one says something else than the one that it often equals."""
+    return found.get(key) != found.get(TWINS[key])
+
+
+def why_incomparable(names: list[str], first: Metrics, second: Metrics) -> str:
+    """Why the errors of two flights say nothing of which is better; empty where they may be compared."""
+    if not all("outcome" in one for one in (first, second)):
+        return ""
+    lost = [name for name, one in zip(names, (first, second), strict=True) if one.get("outcome", "completed") != "completed"]
+    if lost:
+        return f"{' and '.join(lost)} {'was' if len(lost) == 1 else 'were'} lost, so the errors are not compared."
+    starts = scored_from(first), scored_from(second)
+    if starts[0] != starts[1]:
+        counted = " and ".join(f"those of {name} count from {since:g} s on" for name, since in zip(names, starts, strict=True))
+        return f"Their errors do not say which is better: {counted}."
+    things = different(first, second)
+    if first.get("ended[s]") != second.get("ended[s]") and "paths" not in things:
+        things = f"{things} and durations" if things else "durations"
+    return f"{names[0]} and {names[1]} fly different {things}, so their errors do not say which is better." if things else ""
+
+
+def different(first: Metrics, second: Metrics) -> str:
+    """What two flights do not share that makes them unlike: "paths", "vehicles", both, or nothing."""
+    return " and ".join(f"{part}s" for part in differing_keys(("path", "vehicle"), first, second))
+
+
+CONDITIONS = "start", "wind", "disturbance", "sensors", "events"
+"""Keys of a mission that make it harder or easier to stay on a path."""
+
+
+def conditions(*contents: Metrics) -> str:
+    """In which of these two missions differ, with the speeds of their winds, to begin a sentence; empty if in none."""
+    others = differing_keys(CONDITIONS, *contents)
+    speeds = [wind_speed(one) for one in contents]
+    told = f"wind ({units.listed(speeds)})" if speeds[0] != speeds[1] else "wind"
+    return f"With different {units.listed([told if one == 'wind' else one for one in others])}: " if others else ""
+
+
+def wind_speed(content: Metrics) -> str:
+    """The speed of the mean wind of a flight, in words."""
+    mission = content.get("mission")
+    wind = mission.get("wind") if isinstance(mission, dict) else None
+    mean = wind.get("mean") if isinstance(wind, dict) else None
+    numbers = [one for one in mean if isinstance(one, int | float)] if isinstance(mean, list) else []
+    return f"{math.hypot(*numbers):.3g}\u00a0m/s" if any(numbers) else "none"
+
+
+def differing_keys(keys: Iterable[str], first: Metrics, second: Metrics) -> list[str]:
+    """Those of some keys of their missions in which two flights differ."""
+    sides = [mission if isinstance(mission := one.get("mission"), dict) else {} for one in (first, second)]
+    return [key for key in keys if sides[0].get(key) != sides[1].get(key)]
+
+
+def numbers(content: Metrics) -> dict[str, float]:
+    """The numbers of a metrics.json by dotted name, without those of the mission, and of where a flight was lost."""
+    kept = {key: value for key, value in content.items() if key not in ("mission", "ending")}
+    found = {}
+    for key, value in scalars(kept).items():
+        if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300:
+            found[key] = float(value)
+    return found
+
+
+def answer(names: list[str], first: dict[str, float], second: dict[str, float]) -> str:
+    """Which is closer to its path, as far as that is known."""
+    errors = [one.get(RMSE) for one in (first, second)]
+    if errors[0] is None or errors[1] is None:
+        return f"{names[0]} and {names[1]}: only their numbers can be compared."
+    if errors[0] == errors[1]:
+        return "Both are equally close to their paths."
+    near, far = (0, 1) if errors[0] < errors[1] else (1, 0)
+    ratio = errors[far] / errors[near] if errors[near] else math.inf  # type: ignore[operator]
+    times = f"{units.number(ratio, 2)} times closer" if math.isfinite(ratio) else "closer"
+    return f"{names[near]} is {times} to its path than {names[far]}."
+
+
+def value(one: float, unit: str, largest: float) -> str:
+    """A number as people write it, in the unit that suits the largest of its row; a count as it is."""
+    if unit == "-" and one.is_integer() and abs(one) < 1e9:
+        return f"{one:.0f}"
+    unit, factor = (units.of_angle if unit in units.ANGLES else units.handy)(unit, largest)
+    return units.number(factor * one, 4) + units.unit_suffix(unit)
+
+
+WORDS = {
+    "error_growth": "factor by which the error grows", "rate_growth": "factor by which the turn rates grow",
+    "rotors.least": "least thrust of a rotor", "rotors.largest": "largest thrust of a rotor", "ended": "time flown",
+    "rotors.activity": "change of the rotors' thrusts", "saturated_share": "share of the time at a rotor's limit",
+    "shaking": "swing of the thrust's axis, RMS", "overturned": "largest tilt once upright", "wind.mean": "mean wind",
+    "position_rmse": "position error, RMSE", "largest_error": "position error, largest",
+    "relative_error": "position error over the path's size", "measured_rmse": "error of the measured position, RMSE",
+}  # fmt: skip
+"""What metrics are called whose names do not say it."""
+
+ENTRIES = {
+    "psi": "yaw", "theta": "pitch", "phi": "roll", "u": "thrust", "tau_psi": "yaw torque", "tau_theta": "pitch torque",
+    "tau_phi": "roll torque",
+}  # fmt: skip
+LEVELS = {
+    "rmse": "error, RMSE", "largest": "error, largest", "final": "error, at the end", "error_settling": "error, settling time",
+    "angle_settling": "angle, settling time",
+}  # fmt: skip
+"""What the numbers of an entry are called, and those of each coordinate."""
+
+
+def words(key: str) -> str:
+    """`x error, RMSE` of `position.x.rmse[m]`; no word twice, as in `largest_weight_norm.norm_W1`."""
+    name = key.partition("[")[0]
+    kind, *levels = [ENTRIES.get(one, one) for one in name.split(".")]
+    if kind in ("position", "attitude") and levels:
+        return " ".join([*levels[:-1], LEVELS.get(levels[-1], levels[-1])])
+    said = WORDS.get(name) or units.metric(", ".join([kind, *levels]))[0]
+    return re.sub(r"\b(\w+),? \1\b", r"\1", said)
+
+
+def row(key: str, first: float | None, second: float | None) -> list[str]:
+    _, unit = units.metric(key)
+    largest = max(abs(one or 0.0) for one in (first, second))
+    shown = ["–" if one is None else value(one, unit, largest) for one in (first, second)]
+    ratio = units.number(second / first) if first and second is not None else "–"
+    return [*shown, ratio]

@@ -1,0 +1,89 @@
+"""Pictures of flights, small enough for a card: the path flown over the path asked for, of one flight or of two."""
+
+import io
+import os
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.io.files import LONGEST_LINE
+from quadstep.report import colours
+
+ROWS = 240
+"""Of a log that are drawn."""
+
+WIDE, HIGH, MARGIN, CAPTION = 300.0, 150.0, 14.0, 12.0
+FLAT = 0.3
+"""Height over width of a path below which it is seen from above."""
+
+COLOURS = "blue", "orange"
+"""Of the paths flown; the second is dashed."""
+
+LARGEST = 1e15
+"""Of a number that is drawn."""
+
+
+def thumbnail(*flights: tuple[io.BufferedReader, bool]) -> str:
+    """An SVG of a flight's log, or of two over the path that both were asked for.
+
+    flights: a flight.csv and whether it was lost, which is marked. Raises ValueError for a log without a path.
+    """
+    logs = [path_rows(log) for log, _ in flights]
+    across, up = view_axes(logs[0][:, :3])
+    paths = [rows[:, [across, up]] for rows in logs] + [logs[0][:, [3 + across, 3 + up]]]
+    low = np.min([path.min(axis=0) for path in paths], axis=0)
+    span = np.max([path.max(axis=0) for path in paths], axis=0) - low
+    size = float(min((np.array([WIDE, HIGH - CAPTION]) - 2.0 * MARGIN) / np.maximum(span, 1e-9)))
+    *flown, asked = [(path - low - 0.5 * span) * [size, -size] + [0.5 * WIDE, 0.5 * (HIGH - CAPTION)] for path in paths]
+    lines = [line(asked, f'stroke="var(--{COLOURS[0] if len(flights) == 1 else "muted"})" stroke-width="5" opacity="0.26"')]
+    for path, (_, lost), colour in zip(flown, flights, COLOURS, strict=False):
+        dashes = 'stroke-dasharray="5 4" ' * (colour != COLOURS[0])
+        x, y = path[-1]
+        end = f"M{x - 6:.1f} {y - 6:.1f}l12 12m0-12l-12 12" if lost else f"M{x:.1f} {y:.1f}h0"
+        stroke = 'stroke="var(--bad)" stroke-width="3"' if lost else f'stroke="var(--{colour})" stroke-width="6"'
+        lines += [line(path, f'stroke="var(--{colour})" {dashes}stroke-width="1.6"'), f'<path d="{end}" {stroke}/>']
+    letters = 13 if len(flights) == 1 else 8  # two are drawn twice as large
+    said = f"{'xyz'[across]} {span[0]:.2g} m, {'xyz'[up]} {span[1]:.2g} m"
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDE:g} {HIGH:g}" fill="none" stroke-linecap="round" '
+        f'stroke-linejoin="round"><style>{colours.STYLE}</style>{"".join(lines)}'
+        f'<text x="{WIDE - 4:g}" y="{HIGH - 5:g}" text-anchor="end" font-family="sans-serif" font-size="{letters}" '
+        f'fill="var(--muted)">{said}</text></svg>'
+    )
+
+
+def line(points: NDArray[np.float64], style: str) -> str:
+    """A path through points, those left out that lie where the one before does."""
+    texts = [f"{x:.1f} {y:.1f}" for x, y in points]
+    moved = [texts[0], *(one for before, one in pairwise(texts) if one != before)]
+    return f'<path d="M{"L".join(moved)}" {style}/>'
+
+
+def view_axes(flown: NDArray[np.float64]) -> tuple[int, int]:
+    """The axes to the right and upwards: x and y, or the wider of the two and z where the path is not flat."""
+    span = np.ptp(flown, axis=0)
+    wider = int(span[1] > span[0])
+    return (0, 1) if span[2] < FLAT * span[wider] else (wider, 2)
+
+
+def path_rows(log: io.BufferedReader) -> NDArray[np.float64]:
+    """(n, 6): position flown and asked for in a log's first row, its last, and some between. Raises ValueError for no rows."""
+    columns = [name.partition(b"[")[0] for name in log.readline(LONGEST_LINE).strip().split(b",")]
+    wanted = [columns.index(name) for name in (b"x", b"y", b"z", b"x_d", b"y_d", b"z_d")]
+    first, last = log.tell(), os.fstat(log.fileno()).st_size
+    texts = [log.readline(LONGEST_LINE)]
+    for place in range(1, ROWS):
+        log.seek(first + (last - first) * place // ROWS)
+        log.readline(LONGEST_LINE)  # the rest of a row
+        texts.append(log.readline(LONGEST_LINE))
+    log.seek(max(first, last - LONGEST_LINE))
+    texts += log.read(LONGEST_LINE).splitlines()[-1:]
+    cells = [text.split(b",") for text in texts]
+    rows = np.array([[float(one[place]) for place in wanted] for one in cells if len(one) == len(columns)]).reshape(
+        -1, len(wanted)
+    )
+    rows = rows[np.all(np.abs(rows) < LARGEST, axis=1)]
+    if not len(rows):
+        raise ValueError("no row can be drawn")
+    return rows
