@@ -87,7 +87,8 @@ def test_file_opens_offline_small_and_at_once(open_page, page_file):
     assert page.locator("#flight-name").inner_text() == "Case 1: three position commands at once"
     assert page.locator(".plot").count() >= 6
     assert "Flew as asked for 40.0 s" in page.locator("#outcome").inner_text()
-    assert page.locator("#conditions").inner_text() == "Theorem 5.1: 6 of 6 · repaired theorem at hover: 1 of 1"
+    said = "Theorem 5.1: 6 of 6 gain conditions hold\nrepaired theorem at hover: 1 of 1"
+    assert page.locator("#conditions").inner_text() == said
     assert "default-src 'none'" in page.locator("meta[http-equiv]").get_attribute("content")
     sliders = page.locator("#controls input[type=range]:visible")
     for part in (page.locator("#play"), *(sliders.nth(place) for place in range(3))):
@@ -199,6 +200,9 @@ def test_slider_flies_again(open_page):
 SLOWER = "(() => { const now = performance.now.bind(performance); performance.now = () => 300 * now(); })()"
 """A clock by which no flight is quick."""
 
+EVEN = "(() => { let n = 0; performance.now = () => 30 * n++; for (let i = 0; i < 40; i++) quadstep.fly(); })()"
+"""A clock by which every flight takes 30 ms."""
+
 PATIENT = "(() => { const later = setTimeout; window.setTimeout = (act, wait) => later(act, 300 * (wait ?? 0)); })()"
 """Where a control that rests is still being dragged, however late a picture comes."""
 
@@ -245,6 +249,11 @@ def test_a_control_that_rests_flies_all(open_page, brief_file):
     assert page.evaluate(DRAG)["whole"] == 4.0
     page.wait_for_function("() => !quadstep.outcome().dragged")
     assert page.evaluate("quadstep.outcome().whole") is None and rows(page)[-1, 0] == 4.0
+    page.evaluate(EVEN)
+    page.evaluate("quadstep.seek(3.5)")
+    assert page.evaluate(DRAG)["whole"] is None, "the reader looks at its end"
+    page.evaluate("quadstep.seek(0)")
+    assert page.evaluate(DRAG)["whole"] == 4.0
 
 
 LATE = """async () => {
@@ -463,7 +472,7 @@ def test_divergence_is_told(open_page):
     assert page.evaluate("quadstep.outcome().ended") == pytest.approx(log.ended, abs=0.3)
     thrust = page.locator("#summary-figures div", has_text="Largest thrust").locator("dd").inner_text()
     promise = page.locator("#promise").inner_text()  # the conditions hold
-    assert f"for thrusts up to the {thrust} flown here" in promise and "does not bound the flight" in promise
+    assert f"at thrusts up to the {thrust} of this flight" in promise and "not that the flight stays bounded" in promise
     page.evaluate("quadstep.setControl('K_r1', [1.002, 1.002, 1.002])")  # enough for 13.4 N, at hover it is 9.81 N
     assert "holds at hover, but not at" in page.locator("#promise").inner_text()
     page.click(".badge summary")

@@ -42,7 +42,8 @@ function start(): void {
   startTheme();
   embed(document.body);
   const page = readPage();
-  const session = new Session(page);
+  const clock = new Clock((passed) => scene?.view.spin(passed / clock.speed.value));
+  const session = new Session(page, () => clock.time.value);
   byId("title").textContent = page.title;
   fill(byId("intro"), page.intro);
   byId("intro").hidden = !page.intro;
@@ -51,7 +52,6 @@ function start(): void {
 
   let scene: ScenePanel | undefined;
   let rates: RatePanel | undefined;
-  const clock = new Clock((passed) => scene?.view.spin(passed / clock.speed.value));
   const board = new Board(byId("plots-list"), clock, session);
   const changes = new Changes(session);
   const pane = tabs(page.story !== null);

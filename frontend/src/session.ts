@@ -46,7 +46,11 @@ export class Session {
   private readonly measured = new Map<string, Measures>();
   private readonly draft = new Draft();
 
-  constructor(readonly page: PageData) {}
+  /** cursor: the time at which the reader looks [s]. */
+  constructor(
+    readonly page: PageData,
+    private readonly cursor: () => number,
+  ) {}
 
   flight(id: string): FlightData | undefined {
     return this.page.flights.find((flight) => flight.id === id);
@@ -66,7 +70,7 @@ export class Session {
     const other = ghostOf(data, settings);
     const all = controller && inputs(this.page, data, controller, settings);
     const cut = (some: Inputs): Inputs =>
-      dragged ? { ...some, ticks: this.draft.ticks(some.ticks, [controller, other?.controller].flatMap((one) => one?.law ?? [])) } : some;
+      dragged ? { ...some, ticks: this.draft.ticks(some.ticks, [controller, other?.controller].flatMap((one) => one?.law ?? []), this.cursor()) } : some;
     const given = all && cut(all);
     const flown = given && this.fly(given);
     const flight = flown ?? this.asRecorded(data);

@@ -53,11 +53,11 @@ export function badge(host: HTMLElement, shown: Shown): void {
 /** Why a lost flight does not contradict the conditions that hold: what they promise (docs/theory.md, Theorem A, for the greatest thrust). */
 function promise({ conditions, measures: { thrust = Number.NaN } }: Shown): string {
   const repaired = conditions.find(({ condition }) => condition.source === "repaired theorem at hover");
-  if (!repaired) return "No contradiction: conditions on the gains alone do not bound the flight.";
+  if (!repaired) return "No contradiction: the conditions do not promise that the flight stays bounded.";
   const flown = quantity(thrust, "N");
   return repaired.left > thrust * thrust
-    ? `No contradiction: for thrusts up to the ${flown} flown here, the repaired theorem says where L falls at an instant. It does not bound the flight.`
-    : `No contradiction: the condition of the repaired theorem holds at hover, but not at the ${flown} reached here.`;
+    ? `No contradiction: at thrusts up to the ${flown} of this flight, the repaired theorem says when L falls, not that the flight stays bounded.`
+    : `No contradiction: the repaired theorem’s condition holds at hover, but not at the ${flown} that this flight reached.`;
 }
 
 /** How the flight ended; where many are counted, that this is the one without their draws. */
@@ -77,11 +77,11 @@ function inWords({ flight, graded: { grade, labels }, whole }: Shown): string {
 function counts(conditions: readonly Judged[]): string {
   const sources = [...new Set(conditions.map(({ condition }) => condition.source))];
   return sources
-    .map((source) => {
+    .map((source, i) => {
       const own = conditions.filter(({ condition }) => condition.source === source);
-      return `${source}: ${own.filter(({ holds }) => holds).length} of ${own.length}`;
+      return `${source}: ${own.filter(({ holds }) => holds).length} of ${own.length}${i ? "" : ` gain conditions ${own.length === 1 ? "holds" : "hold"}`}`;
     })
-    .join(" · ");
+    .join("\n");
 }
 
 /** A sentence where the flight of the file ends otherwise than Python found: chaotic flights do, by the last bit. */

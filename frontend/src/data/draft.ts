@@ -3,6 +3,7 @@
 import type { Ticks } from "./contract";
 
 const BUDGET = 10; // ms that all laws may take together
+const PATIENCE = 4; // budgets that they may take to reach the reader's cursor
 const FIRST = 200; // ticks a millisecond, before a law has flown
 const COARSEST = 6; // halvings
 
@@ -17,11 +18,12 @@ export class Draft {
     this.pace.set(law, Math.max(now, 0.8 * known + 0.2 * now));
   }
 
-  /** The whole flight, or its first half, quarter, ...: what these laws fly in time. Its numbers are those of the whole flight, to the bit. */
-  ticks(whole: Ticks, laws: readonly string[]): Ticks {
+  /** The whole flight, or its first half, quarter, ...: what these laws fly in time, if possible past the cursor [s]. Its numbers are those of the whole flight, to the bit. */
+  ticks(whole: Ticks, laws: readonly string[], cursor: number): Ticks {
     const cost = laws.reduce((sum, law) => sum + 1 / (this.pace.get(law) ?? FIRST), 0);
     let { last } = whole;
-    for (let i = 0; i < COARSEST && last * cost > BUDGET; i++) last /= 2;
+    const limit = (): number => ((last * whole.step) / 2 < cursor ? PATIENCE * BUDGET : BUDGET);
+    for (let i = 0; i < COARSEST && last * cost > limit(); i++) last /= 2;
     return { ...whole, last: Math.max(whole.log, Math.ceil(last / whole.log) * whole.log) };
   }
 }

@@ -91,7 +91,7 @@ export class RatePanel {
     const { tally, rate } = this;
     if (!tally || !rate) return;
     if (tally.flown) this.words.replaceChildren(...sentence(tally, rate), ...(this.before === tally ? [] : paired(tally, this.before)));
-    this.note.textContent = `${Object.keys(rate.failure).length ? "A flight fails if it is lost or leaves these bounds" : "A flight fails if it is lost"}. ${rate.keys.length ? `From flight to flight vary: ${rate.keys.join("; ")}. ` : ""}${tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`}`;
+    this.note.textContent = `${Object.keys(rate.failure).length ? "A flight fails if it is lost or leaves these bounds" : "A flight fails if it is lost"}. ${rate.keys.length ? `What varies from flight to flight: ${rate.keys.join("; ")}. ` : ""}${tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`}`;
     this.histogram(tally, rate);
   }
 

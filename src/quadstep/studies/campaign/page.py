@@ -16,7 +16,8 @@ from quadstep.engines.sweep import number_names, sweep_module
 from quadstep.engines.sweep_trace import OUTCOME
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
-from quadstep.mission.fields import label
+from quadstep.mission.distributions import Normal
+from quadstep.mission.fields import label, unit, words
 from quadstep.mission.read import plan_mission
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.numbers import Table, flatten
@@ -87,8 +88,16 @@ def of_batch(batch: PlannedBatch, campaign: Campaign) -> Rate:
         every=batch.ticks.every,
         results=OUTCOME + len(flatten(batch.loop.start(batch.start, batch.parameters).score)),
         failure={name: float(most) for name, most in campaign.file.failure.items()},
-        keys=tuple(f"{label(campaign.mission, key)}: {variation_text(campaign.file, key)}" for key in campaign.file.keys),
+        keys=tuple(varied_text(campaign, key) for key in campaign.file.keys),
     )  # fmt: skip
+
+
+def varied_text(campaign: Campaign, key: str) -> str:
+    """A key in words and how it varies, as in "mean wind along x, 6 ± 2 m/s (normal)"."""
+    one = campaign.file.vary.get(key)
+    if isinstance(one, Normal) and one.low is None and one.high is None:
+        return f"{words(key)}, {one.mean:g} ± {one.deviation:g} {unit(campaign.mission, key)} (normal)".replace("  ", " ")
+    return f"{label(campaign.mission, key)}: {variation_text(campaign.file, key)}"
 
 
 ENDS = (
