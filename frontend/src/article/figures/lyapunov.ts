@@ -14,13 +14,13 @@ const TERMS = [
 ] as const;
 const [MASS, INERTIA, J_MOST] = [1, 5, 10]; // of the paper's vehicle, level
 const MOST = 8; // of the terms that are shown [W]
-const [WEIGHTS, MISSED] = [1, 0.02]; // W_B and |eps_v| that the ball is drawn for
+const [WEIGHTS, MISSED, KAPPA] = [1, 0.02, 0.2]; // W_B, |eps_v| and, at first, kappa that the ball is drawn for
 
 export function lyapunov(): void {
   live("lyapunov", (stage) => {
     const slope = slider(stage, "Lambda2", "Λ_2, inner loop", "/s", [0.5, 15, 0.5], true);
     const gain = slider(stage, "K_r2", "K_r2, inner loop", "N m s", [6, 250, 6], true);
-    const kappa = slider(stage, "kappa", "κ, of the ball alone", "", [0.01, 3, 0.2], true);
+    const kappa = slider(stage, "kappa", "κ, of the ball alone", "", [0.01, 3, KAPPA], true);
     const time = slider(stage, "time", "time", "s", [0, 7, 4.6]);
     let plots: readonly Plot[] = [];
     scrub(stage, time, () => plots);
@@ -33,8 +33,9 @@ export function lyapunov(): void {
       const row = rowAt(flown, time);
       const width = stage.width;
 
+      const misprint = surplus > 0 && kappa.value !== KAPPA; // once it is asked for
       const size = Math.min(width - 64, 380);
-      const lines = ([["the flight", "c-green", ""], ["still to come", "thin faint c-green", ""], ["heights of L", "ring c-muted", "la lp"], ...(surplus > 0 ? [["b_r", "dashdot c-pink", "ball"], ["b_r as printed", "dashed c-pink", "ball"]] : [])] as const) as readonly (readonly [string, string, string])[];
+      const lines = ([["the flight", "c-green", ""], ["still to come", "thin faint c-green", ""], ["heights of L", "ring c-muted", "la lp"], ...(surplus > 0 ? [["b_r", "dashdot c-pink", "ball"]] : []), ...(misprint ? [["b_r as printed", "dashed c-pink", "ball"]] : [])] as const) as readonly (readonly [string, string, string])[];
       const [meant, deep] = keys(8, 80, width, lines);
       const plane = new Plot({ left: 46 + (width - 64 - size) / 2, top: 92 + deep, width: size, height: 0.75 * size }, [0, Math.min(1.6, Math.max(0.6, 1.1 * Math.max(...r1)))], [0, Math.min(1.6, Math.max(0.3, 1.1 * Math.max(...r2)))]);
       const around = Array.from({ length: 41 }, (_, i) => (i * Math.PI) / 80);
@@ -82,8 +83,8 @@ export function lyapunov(): void {
         plane.framed(
           "|r_1| [m/s]",
           "|r_2| [rad/s]",
-          ...[3, 1, 0.3, 0.13, 0.07, 0.03, 0.01].map(level),
-          ball(printed, "dashed"),
+          ...[3, 1, 0.3, 0.13, 0.07, 0.03, 0.01].filter((L) => plane.x(Math.sqrt((2 * L) / MASS)) - plane.x(0) > size / 5).map(level),
+          misprint ? ball(printed, "dashed") : "",
           ball(right, "dashdot"),
           plane.line(r1, r2, "thin faint c-green"),
           plane.line(r1.subarray(0, row + 1), r2.subarray(0, row + 1), "c-green"),

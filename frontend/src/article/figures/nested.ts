@@ -7,10 +7,12 @@ import { calm, live, rowAt, scrub } from "../figure";
 import { fixed } from "../words";
 
 const DEGREES = 180 / Math.PI;
+const CRAFT = 1.6; // size of the vehicle
+const FIRST = 232; // top of the first plot [px]
 
 /** The vehicle from the side: a bar with two rotors, leaning by theta, at (x, y) [px]. */
 function vehicle(x: number, y: number, theta: number, look: string, symbol = ""): string {
-  const place = `transform="translate(${x.toFixed(1)} ${y.toFixed(1)}) rotate(${(-theta * DEGREES).toFixed(2)})"`;
+  const place = `transform="translate(${x.toFixed(1)} ${y.toFixed(1)}) rotate(${(-theta * DEGREES).toFixed(2)}) scale(${CRAFT})"`;
   return `<g class="craft ${look}"${lit(symbol)} ${place}><path d="M-26 0H26M-26 0v-7M26 0v-7M-38-7h24M14-7h24"/><circle r="4.5"/></g>`;
 }
 
@@ -61,8 +63,8 @@ export function nested(): void {
       const width = stage.width;
 
       const scale = (width - 60) / 5;
-      const [middle, left] = [96, 30 + 3.6 * scale];
-      const at = (value: number): number => Math.min(Math.max(left + value * scale, 26), width - 26);
+      const [middle, left] = [116, 30 + 3.6 * scale];
+      const at = (value: number): number => Math.min(Math.max(left + value * scale, 42), width - 42);
       const here = at(x[row]!);
       const arrows = (name: string, value: number, up: number, look: string, symbol: string): string => {
         const end = here + value * scale * 0.4;
@@ -71,22 +73,22 @@ export function nested(): void {
         return arrow(here, middle - up, end, middle - up, look, symbol) + text(fits ? right : Math.min(here, end) - 8, middle - up + 4, name, look, fits ? "start" : "end", symbol);
       };
       const scene = [
-        `<path class="ground" d="M0 150H${width}"/>`,
+        `<path class="ground" d="M0 192H${width}"/>`,
         vehicle(at(0), middle, 0, "ghost c-muted", "e1"),
-        text(at(0), middle + 34, "target", "c-muted", "middle", "e1"),
-        `<path class="gap c-ink"${lit("e1")} d="M${here.toFixed(1)} ${middle + 20}H${at(0).toFixed(1)}"/>`,
-        Math.abs(at(0) - here) > 60 ? text((here + at(0)) / 2, middle + 40, "e_1", "c-ink", "middle", "e1") : "",
+        text(at(0), middle + 46, "target", "c-muted", "middle", "e1"),
+        `<path class="gap c-ink"${lit("e1")} d="M${here.toFixed(1)} ${middle + 28}H${at(0).toFixed(1)}"/>`,
+        Math.abs(at(0) - here) > 60 ? text((here + at(0)) / 2, middle + 48, "e_1", "c-ink", "middle", "e1") : "",
         vehicle(here, middle, asked[row]! / DEGREES, "ghost dashed c-vermillion", "thd"),
-        Math.abs(asked[row]! - lean[row]!) > 3 ? text(here - 38, middle + 44, "desired lean", "c-vermillion", "start", "thd") : "",
+        Math.abs(asked[row]! - lean[row]!) > 3 ? text(here - 42, middle + 64, "desired lean", "c-vermillion", "start", "thd") : "",
         vehicle(here, middle, lean[row]! / DEGREES, "c-ink", "th"),
-        arrows("desired velocity v", wish[row]!, 50, "dashed c-blue", "v"),
-        arrows("velocity", speed[row]!, 35, "c-blue", "vel"),
+        arrows("desired velocity v", wish[row]!, 70, "dashed c-blue", "v"),
+        arrows("velocity", speed[row]!, 54, "c-blue", "vel"),
         text(8, 18, `t = ${fixed(t[row]!, 2)} s`, "c-ink"),
         flown.lost
           ? text(width - 8, width < NARROW ? 33 : 18, `${flown.lost}: the curves end there`, "c-vermillion", "end")
           : text(width - 8, width < NARROW ? 33 : 18, `e_1 ${fixed(-x[row]!, 2)} m, r_1 ${fixed(wish[row]! - speed[row]!, 2)} m/s, θ ${fixed(lean[row]!, 0)}°, θ_d ${fixed(asked[row]!, 0)}°`, "c-muted", "end"),
       ];
-      const box = (i: number): Box => ({ left: 46, top: 190 + i * 134, width: width - 58, height: 90 });
+      const box = (i: number): Box => ({ left: 46, top: FIRST + i * 134, width: width - 58, height: 90 });
       const ends = [0, 8] as const;
       plots = [new Plot(box(0), ends, span([x, wanted], -6, 6, 1, 0.25)), new Plot(box(1), ends, span([speed, wish], -8, 8, 1, 0.25)), new Plot(box(2), ends, span([lean, asked], -90, 90, 10, 0.25))];
       const pair = (plot: Plot, xName: string, yName: string, flew: Named, wished: Named): string =>
@@ -94,7 +96,7 @@ export function nested(): void {
       const [places, speeds, leans] = plots as [Plot, Plot, Plot];
       return svg(
         width,
-        190 + 2 * 134 + 90 + 36,
+        FIRST + 2 * 134 + 90 + 36,
         ...scene,
         pair(places, "", "position x [m]", { ys: x, said: "where it is", look: "c-ink", symbol: "e1" }, { ys: wanted, said: "where it should be", look: "dashed c-muted", symbol: "e1" }),
         pair(speeds, "", "velocity [m/s]", { ys: speed, said: "velocity", look: "c-blue", symbol: "r1 vel" }, { ys: wish, said: "desired velocity v", look: "dashed c-blue", symbol: "r1 v" }),
