@@ -8,8 +8,8 @@ import pytest
 from quadstep.io import errors
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import certify_plan
-from quadstep.proofs.certify.output import TERMS, seen, tables
-from quadstep.proofs.certify.run import facts, figure_of
+from quadstep.proofs.certify.output import TERMS, answer, raised, record, seen, tables
+from quadstep.proofs.certify.run import facts, figures_of
 from quadstep.report.drawing import FigureJob
 from tests.commands import LINE, quadstep, strict_json, write
 
@@ -36,7 +36,9 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     run = quadstep("certify", write(tmp_path, LINE), "--out", tmp_path / "out")
     assert (run.code, run.err) == (0, "")
     written = {path.name for path in (tmp_path / "out").iterdir()}
-    assert written == {"certificate.json", "certificate.png", "certificate.svg", "metrics.json", "report.html"}
+    assert written == {
+        "certificate.json", "certificate.png", "certificate.svg", "checks.png", "checks.svg", "metrics.json", "report.html",
+    }  # fmt: skip
     found, about = (strict_json(tmp_path / "out" / name) for name in ("certificate.json", "metrics.json"))
     assert "\nThis flight neither confirms nor refutes Theorem 5.1" in run.out
     assert f"In numbers: {found['verdict']}.\n" in run.out
@@ -118,10 +120,14 @@ def test_refusals_are_one_line_and_leave_nothing(tmp_path, undrawn, case):
 def test_the_figure_takes_a_flight_of_any_length(tmp_path):
     from tests.certificates import plan
 
-    job = figure_of(certify_plan(plan(simulation={"duration": 0.1})), "short")
-    assert isinstance(job, FigureJob)
-    job.draw(tmp_path)
-    assert (tmp_path / "certificate.svg").stat().st_size > 1000
+    for job in figures_of(certify_plan(plan(simulation={"duration": 0.1})), "short"):
+        assert isinstance(job, FigureJob)
+        job.draw(tmp_path)
+        assert (tmp_path / f"{job.name}.svg").stat().st_size > 1000
+
+
+RAISED = {"eps": "residual", "coupling": "coupling"}
+"""The terms that raise L in both, by their names in words."""
 
 
 @pytest.mark.parametrize("name", ["case1", "theorem_fails"])
@@ -131,6 +137,17 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     lost, caption = name == "theorem_fails", seen(found)
     assert f"largest {found.r.max():.3g}, b_r {found.b_r:.3g}." in caption
     assert caption.startswith(f"In the first {found.until:.3g} s, all that is certified, |r| never") == lost
-    assert figure_of(found, name).log_time != lost
+    assert [one.log_time != lost for one in figures_of(found, name)] == [True, True]
+    work = record(found)["lyapunov"]["work[J]"]
+    shares = {said: share for share, said in raised(found)}
+    assert shares == pytest.approx({said: work[key] / (work["residual"] + work["coupling"]) for said, key in RAISED.items()})
+    assert (
+        f"L was raised by eps, which even the ideal weights leave of the nets' targets ({100.0 * shares['eps']:.3g}"
+        in answer(found)
+    )
+    cut = (
+        f"The certificate ends at {found.until:.3g} s: from then on the law commands a thrust straight down, where phi_d jumps"
+    )
+    assert (cut in answer(found)) == lost
     assert all(len(row) == 2 for row in tables(found).checks)
     assert facts(found)[0].value == ("flight lost" if lost else "untested")

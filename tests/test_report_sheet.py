@@ -13,12 +13,12 @@ from matplotlib.figure import Figure
 
 from quadstep.io.errors import UserError
 from quadstep.proofs.certify.certificate import certify_plan
-from quadstep.proofs.certify.run import figure_of
+from quadstep.proofs.certify.run import figures_of
 from quadstep.report.axes import Powers, peaked, plain, plain_decades, threshold
 from quadstep.report.canvas import STYLE, thin
 from quadstep.report.drawing import FigureJob
 from quadstep.report.figures import draw, picture, prefixed
-from quadstep.report.panel import LOG, SIGNED_LOG, Panel, Track
+from quadstep.report.panel import LOG, SIGNED_LOG, STACKED, Panel, Track
 from quadstep.report.sheet import Sheet, sheet
 from quadstep.studies.paper.cases import case_1
 from tests.commands import quadstep
@@ -219,19 +219,19 @@ def test_a_prefix_brings_a_value_where_it_reads_well(largest):
 
 def test_every_panel_of_a_certificate_shows_its_whole_flight():
     certificate = certify_plan(case_1(controller={"type": "backstepping"}).plan())
-    figure = figure_of(certificate, "Case 1")
-    assert figure.log_time
-    by_name = {panel.label: panel for panel in figure.panels}
+    first, checks = figures_of(certificate, "Case 1")
+    assert first.log_time
+    by_name = {panel.label: panel for panel in first.panels + checks.panels}
     assert [by_name[name].scale for name in ("L", "|r|", "|W_tilde|", "coupling")] == [LOG] * 4
-    assert [by_name[name].scale for name in ("L_dot", "terms of L_dot")] == [SIGNED_LOG] * 2
+    assert [by_name[name].scale for name in ("L_dot", "added to L")] == [SIGNED_LOG, STACKED]
     name, radius = next((name, line) for name, line in by_name["|r|"].lines.items() if name.startswith("b_r = "))
     assert radius.min() == radius.max() == certificate.b_r
     assert name == f"b_r = {certificate.b_r:.3g}"
     parts = by_name["L"].lines
     np.testing.assert_allclose(parts["errors"] + parts["integrals"] + parts["weights"], parts["L"], rtol=1e-12)
-    for panel in figure.panels:
+    for panel in by_name.values():
         axes = Figure().subplots()
-        draw(axes, figure.t, panel, log_time=True)
+        draw(axes, first.t, panel, log_time=True)
         for line in axes.lines:
             heights = axes.transData.transform(np.column_stack([line.get_xdata(), line.get_ydata()]))[:, 1]
             box = axes.get_window_extent()

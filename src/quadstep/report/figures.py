@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import rcParams
@@ -11,8 +12,20 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from quadstep.report.axes import GRID, STEADY, STEPS, linear, logarithmic, logarithmic_time, peaked, plain, signed_logarithmic
-from quadstep.report.canvas import BAND, LINES, SIDES, Typeset, drawing, legend_columns, margins, new_figure, thin, write
-from quadstep.report.panel import ASKED_FOR, LOG, SIGNED_LOG, Panel, Track
+from quadstep.report.canvas import (
+    BAND,
+    BUCKETS,
+    LINES,
+    SIDES,
+    Typeset,
+    drawing,
+    legend_columns,
+    margins,
+    new_figure,
+    thin,
+    write,
+)
+from quadstep.report.panel import ASKED_FOR, LOG, SIGNED_LOG, STACKED, Panel, Track
 from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.report.units import ANGLES, handy, label, of_angle, prefixed, prose
 
@@ -21,7 +34,10 @@ Numbers = NDArray[np.float64]
 LONGEST_LABEL = 18
 """Letters of a quantity and its unit that are as long as a panel is high: of more, the unit has a line of its own."""
 
-FLOWN, DESIRED = "flown", "desired"
+FLOWN, DESIRED, TOGETHER = "flown", "desired", "all together"
+
+FAINT = 0.01
+"""Share of the highest stack below which none is seen."""
 
 NAMES = 4
 """Most names of a legend beside one another."""
@@ -44,6 +60,8 @@ def steady(lines: dict[str, Numbers]) -> float | None:
 def legend(panel: Panel) -> list[str]:
     """What its legend says: nothing of a single line, which the axis names; of a quantity and its command what both are."""
     first, *others = panel.lines
+    if panel.scale == STACKED:
+        return [*map(label, panel.lines), TOGETHER]
     return [FLOWN, DESIRED] if others == [f"{first}_d"] else list(map(label, panel.lines)) if others else []
 
 
@@ -69,10 +87,13 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: li
     largest = max(largest, panel.reach)
     suited = prefixed if panel.unit == "-" else of_angle if panel.unit in ANGLES else handy
     unit, factor = suited(panel.unit, largest)
+    drawn = [factor * values for values in lines.values() if len(values)]
+    if scale == STACKED:
+        drawn = stack(axes, t, dict(zip(lines, drawn, strict=True)), log_time)
+        lines = {}
     for style, (key, values) in zip(LINES * 2, lines.items(), strict=False):
         look = BAND if len(lines) > 1 and (key.endswith("_d") or key in ASKED_FOR) else style
         axes.plot(*thin(t, factor * values, log_time), label=label(key), **look)
-    drawn = [factor * values for values in lines.values() if len(values)]
     if scale == LOG:
         logarithmic(axes, drawn)
     elif scale == SIGNED_LOG:
@@ -86,11 +107,31 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: li
         return
     ncols = legend_columns(axes.bbox.width / axes.figure.dpi + SPARE + SIDES, names, NAMES)
     shown = axes.legend(
-        axes.lines[: len(names)], names, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols,
-        handlelength=2.2, columnspacing=1.2,
+        axes.get_legend_handles_labels()[0][: len(names)], names, loc="lower left", bbox_to_anchor=(0.0, 1.0),
+        borderaxespad=0.1, ncols=ncols, handlelength=2.2, columnspacing=1.2,
     )  # fmt: skip
     for text in shown.get_texts():  # above the lines
         text.set_parse_math(True)
+
+
+def stack(axes: Axes, t: Numbers, parts: dict[str, Numbers], log: bool) -> list[Numbers]:
+    """Areas upon one another, what is positive upwards and what is negative downwards, from where they can be seen, and the
+    line of their sum. Returns the extremes.
+    """
+    ends = (1, len(t))
+    kept = np.unique((np.geomspace(*ends, BUCKETS) if log else np.linspace(*ends, BUCKETS)).astype(int)) - 1
+    above = below = np.zeros(len(kept))
+    for style, (name, values) in zip(LINES, parts.items(), strict=False):
+        up, down = above + np.maximum(values[kept], 0.0), below + np.minimum(values[kept], 0.0)
+        look: dict[str, Any] = {"color": style["color"], "alpha": 0.55, "linewidth": 0.0}
+        axes.fill_between(t[kept], above, up, label=label(name), **look)
+        axes.fill_between(t[kept], below, down, **look)
+        above, below = up, down
+    axes.plot(t[kept], sum(values[kept] for values in parts.values()), color="black", linewidth=1.3, label=TOGETHER)
+    if not log:
+        seen = np.maximum(above, -below) > FAINT * max(above.max(), -below.min())
+        axes.set_xlim(left=t[kept][np.argmax(seen)])
+    return [above, below]
 
 
 def legend_rows(names: list[str], width: float) -> int:
@@ -154,14 +195,14 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
     high = [legend_rows(one, across + SPARE + SIDES) for one in names]
     below = max([one for place, one in enumerate(high) if place % rows], default=0)
     more, gap = 0.15 * max(0, max(high[::rows]) - 1), 0.15 * max(0, below - 1)
-    inner = (1.25 if tight or rows == 1 else 1.1 if below else 0.98) * rows - 0.17
+    inner = (2.3 if rows == 1 else 1.25 if tight else 1.1 if below else 0.98) * rows - 0.17
     top = (0.32 if max(high[::rows]) else 0.14) + more
     height = inner + 0.48 + top + gap * (rows - 1)
     apart = 0.25 if not below else 0.37 if not tight else 0.42
     apart += gap * (rows + apart * (rows - 1)) / inner  # of the height of a panel
     figure = Typeset(figsize=(width, height), dpi=sheet.dpi)
     figure.subplots_adjust(left / width, 0.48 / height, 1.0 - RIGHT / width, 1.0 - top / height, between / across, apart)
-    grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    grid = figure.subplots(rows, columns, sharex=rows > 1, squeeze=False)
     for axes, panel, said in zip(grid.T.flat, panels, names, strict=False):
         draw(axes, t, panel, log_time, said)
     for axes in grid.T.flat[len(panels) :]:
@@ -170,7 +211,8 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
         axes.yaxis.set_label_coords(-far / across, 0.5)
         axes.yaxis.label.set_verticalalignment("center")  # of one line or two
     if log_time:
-        logarithmic_time(grid[0, 0], t)
+        for axes in grid[0]:
+            logarithmic_time(axes, t)
     shown = list(grid.T.flat[: len(panels)])
     lowest = [*shown[rows - 1 :: rows], *shown[-1:]]
     for axes in lowest:

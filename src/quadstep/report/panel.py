@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-LOG, SIGNED_LOG = "log", "symlog"
+LOG, SIGNED_LOG, STACKED = "log", "symlog", "stacked"
 COMMANDED, SETPOINT = "commanded", "setpoint"
 ASKED_FOR = (COMMANDED, SETPOINT)
 """Names of lines that are drawn as a band below what comes of them."""
@@ -14,8 +14,8 @@ ASKED_FOR = (COMMANDED, SETPOINT)
 class Panel(NamedTuple):
     """One set of axes over time: what is drawn, its unit, and the lines by legend entry.
 
-    scale: `LOG`, `SIGNED_LOG`, or nothing: linear, unless a short peak would flatten all the rest. reach: the largest value of
-    panels that are shown in the same unit.
+    scale: `LOG`, `SIGNED_LOG`, `STACKED` (areas upon one another, and their sum), or nothing: linear, unless a short peak
+    would flatten all the rest. reach: the largest value of panels that are shown in the same unit.
     """
 
     label: str

@@ -199,7 +199,8 @@ def weight_radius(weight_bound: float, residual_bound: float, kappas: tuple[floa
 class FlightCertificate(NamedTuple):
     """What Theorem 5.1 says about a flight and what the flight did.
 
-    outcome, ended [s]: of the flight; until [s]: the last sample looked at. conditions, ideal, lyapunov: as in their files.
+    outcome, ended [s]: of the flight; until [s]: the last sample looked at; undefined: what is commanded next, if that defines
+    no attitude. conditions, ideal, lyapunov: as in their files.
     weight_bound: W_B; residual_bound: eps_N [N, N m]; with _plain: of least squares without a ridge.
     b_r, b_r_printed, b_w: Eqs 63 and 65, None where there is no such radius. r, missing: |r| and |W_tilde| (n,).
     entered: the first sample with |r| <= b_r, which ends the transient; None if there is none.
@@ -208,6 +209,7 @@ class FlightCertificate(NamedTuple):
     outcome: Outcome
     ended: float
     until: float
+    undefined: str
     history: History
     conditions: ConditionMargins
     ideal: IdealWeights
@@ -257,16 +259,16 @@ def certify_flight(plan: FlightPlan, log: FlightLog) -> FlightCertificate:
         raise UserError(f"the flight diverged after {len(log.rows)} control samples; certify needs {FEWEST_SAMPLES}")
     history = recall(plan, log)
     check_flight(plan, history)
-    undefined = first_undefined(plan, history.wanted)
+    undefined, what = first_undefined(plan, history.wanted), ""
     if undefined is not None:
+        what = too_little(plan, history.wanted, undefined)
         if log.outcome is Outcome.COMPLETED or undefined < FEWEST_SAMPLES:
-            what = too_little(plan, history.wanted, undefined)
             raise UserError(f"the controller commands {what} at t = {history.t[undefined]:.4g} s{ZERO_THRUST}")
         history = recall(plan, log._replace(rows=log.rows[:undefined]))
-    return certificate(plan, log, history)
+    return certificate(plan, log, history, what)
 
 
-def certificate(plan: FlightPlan, log: FlightLog, history: History) -> FlightCertificate:
+def certificate(plan: FlightPlan, log: FlightLog, history: History, undefined: str) -> FlightCertificate:
     gains = plan.parameters.gains
     about = matrices(plan, history)
     ideal = ideal_weights(plan, history, targets(plan, history, about.inertia, about.coriolis))
@@ -282,6 +284,7 @@ def certificate(plan: FlightPlan, log: FlightLog, history: History) -> FlightCer
         outcome=log.outcome,
         ended=log.ended,
         until=float(history.t[-1]),
+        undefined=undefined,
         history=history,
         conditions=asked,
         ideal=ideal,

@@ -8,7 +8,8 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.metrics.reductions import rmse
 from quadstep.metrics.statistics import finite
 from quadstep.proofs.certify.certificate import FlightCertificate
-from quadstep.proofs.plain import Mask, lengths
+from quadstep.proofs.plain import Array, Mask, lengths
+from quadstep.report import units
 
 
 def kind(c: FlightCertificate) -> str:
@@ -57,15 +58,24 @@ ANSWERS = {
 def answer(c: FlightCertificate) -> str:
     """What a reader wants to know first, in a sentence; everything else is in the verdict."""
     if kind(c) == "sign consistent":
-        return f"{ANSWERS[kind(c)]} ({c.outside.sum()} of {len(c.outside)})."
+        return f"{ANSWERS[kind(c)]} ({c.outside.sum()} of {len(c.outside)}). {raised_by(c)}"
     if kind(c) != "lost":
-        return f"{ANSWERS[kind(c)]}."
+        return f"{ANSWERS[kind(c)]}. {raised_by(c)}"
     ended, found = f"The flight was lost at {c.ended:.4g} s", c.conditions.broken()
+    rest = f"{raised_by(c)} {until(c)}".rstrip()
     if not c.conditions.printed_hold:
-        return f"{ended}; the conditions of Theorem 5.1 do not hold."
+        return f"{ended}; the conditions of Theorem 5.1 do not hold. {rest}"
     if not found:
-        return f"{ended} although the conditions of Theorem 5.1 hold, as printed and corrected."
-    return f"{ended} although the printed conditions of Theorem 5.1 hold. Broken on this flight: {'; '.join(found)}."
+        return f"{ended} although the conditions of Theorem 5.1 hold, as printed and corrected. {rest}"
+    return f"{ended} although the printed conditions of Theorem 5.1 hold. Broken on this flight: {'; '.join(found)}. {rest}"
+
+
+def until(c: FlightCertificate) -> str:
+    """Why a lost flight is certified up to some time only, if it is."""
+    if not c.undefined:
+        return ""
+    then = f"from then on the law commands {c.undefined.rstrip(',')}, and the angles that it asks for have no rates"
+    return f"The certificate ends at {c.until:.3g} s: {then}."
 
 
 def verdict(c: FlightCertificate) -> str:
@@ -94,8 +104,33 @@ def verdict(c: FlightCertificate) -> str:
 TERMS = ("dissipation", "residual", "learning", "coupling", "filtering")
 
 
-WORK = ("K_v", "eps", "weights", "coupling", "the command filter")
+WORK = ("damping K_v", "eps", "weights", "coupling", "the command filter")
 """The same, as the table says them."""
+
+MEANT = {
+    "damping K_v": "the damping K_v",
+    "eps": "eps, which even the ideal weights leave of the nets' targets",
+    "weights": "the weights of the nets",
+    "coupling": "the coupling that the proof omits",
+}
+"""The terms of L_dot in a sentence."""
+
+
+def work(c: FlightCertificate) -> dict[str, Array]:
+    """What each term of L_dot has added to L up to each sample [J]."""
+    return {said: np.cumsum(getattr(c.lyapunov, name)) * c.history.period for name, said in zip(TERMS[:4], WORK, strict=False)}
+
+
+def raised(c: FlightCertificate) -> list[tuple[float, str]]:
+    """The terms that raised L over the flight: share of what all of them added, and term, the largest first."""
+    added = {said: float(values[-1]) for said, values in work(c).items() if values[-1] > 0.0}
+    return sorted(((one / sum(added.values()), said) for said, one in added.items()), reverse=True)
+
+
+def raised_by(c: FlightCertificate) -> str:
+    """The same in a sentence."""
+    found = [f"by {MEANT[said]} ({units.percent(share)})" for share, said in raised(c)]
+    return f"L was raised {units.listed(found)}." if found else "No term raised L over the flight."
 
 
 def share(condition: Mask) -> float | None:
@@ -262,18 +297,24 @@ def tables(c: FlightCertificate) -> CertificateTables:
 
 def seen(c: FlightCertificate) -> str:
     """What the figure shows of this flight, in sentences."""
-    most, value, ratio = c.r.max(), c.lyapunov.value, c.coupling_ratio
+    most = c.r.max()
     if c.b_r is None:
         ball = f"|r| reaches {most:.3g}; a condition is broken, so there is no ball b_r outside which L should fall."
     elif not c.outside.any():
-        until = "" if c.outcome is Outcome.COMPLETED else f"In the first {c.until:.3g} s, all that is certified, "
+        before = "" if c.outcome is Outcome.COMPLETED else f"In the first {c.until:.3g} s, all that is certified, "
         ball = (
-            f"{until}|r| never left the ball, within which Theorem 5.1 promises nothing: largest {most:.3g}, b_r {c.b_r:.3g}."
+            f"{before}|r| never left the ball, within which Theorem 5.1 promises nothing: largest {most:.3g}, b_r {c.b_r:.3g}."
         )
     else:
         ball = f"{behaviour_after_entry(c).replace('<=', 'at most')}; b_r is {c.b_r:.3g}, above which L should fall."
+    return f"{ball} Areas: what each term of L_dot has added to L up to then, or taken from it."
+
+
+def checked(c: FlightCertificate) -> str:
+    """What the figure of the checks shows."""
+    value, ratio = c.lyapunov.value, c.coupling_ratio
     went = f"L goes from {value[0]:.3g} J to {value[-1]:.3g} J; its largest value is {value.max():.3g} J."
     if not len(ratio):
-        return f"{ball} {went}"
+        return went
     above = f"{100.0 * np.mean(ratio > 1.0):.3g} % of samples"
-    return f"{ball} {went} The coupling |r1| |delta|, which the proof omits, is above the damping K_min |r|^2 in {above}."
+    return f"{went} The coupling |r1| |delta|, which the proof omits, is above the damping K_min |r|^2 in {above}."

@@ -12,18 +12,21 @@ from quadstep.io.errors import errors_in
 from quadstep.metrics.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
-from quadstep.proofs.certify.output import answer, kind, record, seen, tables
+from quadstep.proofs.certify.output import answer, checked, kind, raised, record, seen, tables, work
 from quadstep.proofs.plain import Array, lengths
 from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, TableSection
-from quadstep.report.panel import LOG, SIGNED_LOG, Panel
+from quadstep.report.panel import LOG, SIGNED_LOG, STACKED, Panel
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing, write_json
 from quadstep.report.sheet import Sheet
 
 NAME = "certificate"
 """Of its figure, and of the file with all its numbers."""
+
+CHECKS = "checks"
+"""Of the figure of what checks these numbers, and of its section."""
 
 
 def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | None = None) -> Evidence:
@@ -33,11 +36,12 @@ def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | No
     with publishing(folder, "certificate-" + fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         with errors_in(path, "no certificate"):
             flown = certify_plan(plan)
-        figure = pool.submit(figure_of(flown, mission.name).draw, out, sheet and sheet.shown())
+        drawn = [pool.submit(job.draw, out, sheet and sheet.shown()) for job in figures_of(flown, mission.name)]
         full = record(flown)
         write_json(out / f"{NAME}.json", full)
         found = evidence(flown, mission.name, full["verdict"], json.loads(mission.model_dump_json()))
-        figure.result()
+        for one in drawn:
+            one.result()
         found.write(out)
     return found
 
@@ -50,25 +54,25 @@ def bounded(name: str, values: Array, bound: str, radius: float | None) -> Panel
     return Panel(name, "-" if name != "|r|" else "m/s, rad/s", lines, LOG)
 
 
-def figure_of(c: FlightCertificate, name: str) -> FigureJob:
-    """L and its parts, L_dot, |r| with b_r, |W_tilde| with b_w, and the coupling term beside what should outweigh it.
+def figures_of(c: FlightCertificate, name: str) -> list[FigureJob]:
+    """|r| with b_r beside what each term has added to L; and what checks this: L and its parts, L_dot, |W_tilde| with b_w, and
+    the coupling term beside what should outweigh it.
 
-    All axes are logarithmic: a transient takes milliseconds, what it leaves is thousands of times smaller. So is time, but
-    not of a lost flight, whose end is what matters.
+    Axes are logarithmic: a transient takes milliseconds, what it leaves is thousands of times smaller. So is time, but not of
+    a lost flight, whose end is what matters.
     """
     h = c.history
     damping = max(c.conditions.k_min, 0.0) * np.square(c.r)
-    panels = [
+    first = [bounded("|r|", c.r, "b_r", c.b_r), Panel("added to L", "J", work(c), STACKED)]
+    checks = [
         Panel("L", "J", {"L": c.lyapunov.value, "errors": c.lyapunov.of_errors, "integrals": c.lyapunov.of_integrals,
                          "weights": c.lyapunov.of_weights}, LOG),
         Panel("L_dot", "W", {"formula": c.lyapunov.rate, "differences of L": c.lyapunov.differenced}, SIGNED_LOG),
-        bounded("|r|", c.r, "b_r", c.b_r),
         bounded("|W_tilde|", c.missing, "b_w", c.b_w),
         Panel("coupling", "W", {"|r1| |delta|": lengths(h.r1) * lengths(h.delta), "K_min |r|^2": damping}, LOG),
-        Panel("terms of L_dot", "W", {"K_v": c.lyapunov.dissipation, "eps": c.lyapunov.residual,
-                                      "weights": c.lyapunov.learning, "coupling": c.lyapunov.coupling}, SIGNED_LOG),
     ]  # fmt: skip
-    return FigureJob(NAME, f"{name}: Theorem 5.1 on this flight", h.t, panels, 2, log_time=c.outcome is Outcome.COMPLETED)
+    title, log_time = f"{name}: Theorem 5.1 on this flight", c.outcome is Outcome.COMPLETED
+    return [FigureJob(file, title, h.t, panels, 2, log_time) for file, panels in ((NAME, first), (CHECKS, checks))]
 
 
 def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, object]) -> Evidence:
@@ -82,21 +86,18 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
         sentences=[answer(c), f"In numbers: {verdict}."],
         record={"name": name, "version": __version__, "kind": kind(c), "verdict": verdict, "mission": mission},
         facts=facts(c),
-        figures=[
-            Figure(
-                NAME, f"{seen(c)} Axes are logarithmic, those of rates on both sides of zero{'' if lost else '; so is time'}."
-            )
-        ],
+        figures=[Figure(NAME, f"{seen(c)}{'' if lost else ' Time is logarithmic.'}")],
         sections=[
             TableSection("Conditions", "conditions", CONDITIONS, rows.conditions, f"In numbers: {verdict}.", shown=name),
             TableSection("Ball", "ball", ("", "measured", "bound"), rows.ball, shown="The ball"),
             markup.note(
                 "Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."
             ),
-            TableSection("Checks", "checks", ("", "value"), rows.checks, shown="Checks"),
+            TableSection("Checks", CHECKS, ("", "value"), rows.checks, shown="Checks"),
+            Figure(CHECKS, f"{checked(c)} Axes are logarithmic, those of rates on both sides of zero."),
         ],
         cases=(Case("completed", lost),),
-        fold=("checks",),
+        fold=(CHECKS,),
     )
 
 
@@ -118,4 +119,5 @@ def facts(c: FlightCertificate) -> list[markup.Fact]:
         markup.Fact("verdict", kind(c).replace("lost", "flight lost"), WITH_VERDICT.get(kind(c), although)),
         markup.Fact("smallest damping K_min", units.number(c.conditions.k_min), "must be above 0"),
         markup.Fact("largest |r|", units.number(float(c.r.max())), bound),
+        *(markup.Fact("raised L most", said, f"{units.percent(share)} of what raised it") for share, said in raised(c)[:1]),
     ]
