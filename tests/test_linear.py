@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
@@ -17,7 +18,7 @@ from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.nearby import MOVED
 from quadstep.linear.run import off_the_step, record
 from quadstep.linear.states import states, with_states
-from quadstep.linear.tables import kinks, sentences
+from quadstep.linear.tables import kinks, mark, sentences
 from quadstep.linear.transfer import frequencies, opened, transfer
 from quadstep.linear.worst import cells, facts, grades
 from quadstep.numbers import Vector, vector, where
@@ -402,10 +403,25 @@ def test_a_step_is_judged_by_where_it_rests_and_one_that_rests_elsewhere_is_said
     assert (turned.rest, turned.overshoot) == (pytest.approx(1.4, rel=1e-4), 0.0)
     assert turned.settling == pytest.approx(-np.log(0.02), abs=0.02)
     assert off_the_step([turned]).startswith(" Yaw rests at 1.4, not at 1. The path steps the heading, ")
+    assert off_the_step([turned._replace(value=0.7287 * turned.value)]).startswith(" Yaw rests at 1.02, not at 1.")
     for values in (t, 0.0 * t):  # it drifts, or does not follow at all
         other = StepResponse("x", "m", t, values)
         assert (other.rest, other.settling) == (1.0, np.inf)
     assert not off_the_step([StepResponse("x", "m", t, 1.0 - np.exp(-t))])
+
+
+def test_the_number_of_a_margin_stands_where_no_curve_is():
+    figure, omega = Figure(), np.geomspace(1.0, 100.0, 400)
+    axes = figure.subplots()
+    axes.set_xscale("log")
+    axes.plot(omega, 12.0 - 12.0 * np.log10(omega / 5.0))
+    axes.plot(omega, np.full(400, 2.4))  # where the number of the first would be, on either side
+    figure.draw_without_rendering()
+    mark(axes, 0, 20.0, 0.0, 4.8, "4.8 dB")
+    box = axes.texts[0].get_window_extent()
+    for line in axes.lines[:2]:
+        points = axes.transData.transform(line.get_xydata())
+        assert not np.all((points > box.min) & (points < box.max), axis=1).any()
 
 
 def test_many_kinks_are_counted_and_few_are_named():

@@ -13,7 +13,7 @@ from quadstep.io import __version__
 from quadstep.io.errors import UserError, errors_in
 from quadstep.io.run_record import FIGURES
 from quadstep.linear import tables, worst
-from quadstep.linear.analysis import SETTLED, Analysis, RestAnalysis, StepResponse, analyse_rest, steps
+from quadstep.linear.analysis import Analysis, RestAnalysis, StepResponse, analyse_rest, steps
 from quadstep.linear.equilibrium import hover_mission, quiet
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
@@ -210,7 +210,7 @@ def least_phase(analysis: Analysis) -> int:
 
 def off_the_step(moves: list[StepResponse]) -> str:
     """Which responses rest elsewhere than at the step, and why, after a blank."""
-    off = {one.name: one.rest for one in moves if abs(one.rest - 1.0) > SETTLED}
+    off = {one.name: one.rest for one in moves if f"{one.rest:.3g}" != "1"}
     said = "".join(f" {name[0].upper()}{name[1:]} rests at {rest:.3g}, not at 1." for name, rest in off.items())
     if "yaw" not in off:
         return said

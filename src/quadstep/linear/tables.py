@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
@@ -17,7 +18,7 @@ from quadstep.linear.states import Array, Channel, short
 from quadstep.linear.transfer import Complex
 from quadstep.metrics.registry import at_rest
 from quadstep.report.axes import CLEAR, Powers, plain
-from quadstep.report.canvas import LINES, drawing, margins, new_figure, write
+from quadstep.report.canvas import LETTER, LINES, drawing, margins, new_figure, write
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import listed
 
@@ -150,7 +151,7 @@ NEAR_ENOUGH = 1.0
 """A curve is drawn no coarser than this about a gain margin [dB]."""
 
 REACH = 3.0
-"""Range of a Nyquist plot on either side of the critical point."""
+"""Range of a Nyquist plot above and below the critical point."""
 
 
 class OpenLoop(NamedTuple):
@@ -235,29 +236,42 @@ def whole_turns(phase: Array) -> Array:
 
 
 def mark(axes: Axes, place: int, at: float, line: float, end: float, text: str) -> None:
-    """A margin: from the line to a curve, with its number on the side on which the curve is farther from the line."""
-    x, y = (np.asarray(values) for values in axes.lines[place].get_data())
-    left, right = np.abs(np.interp([at / 1.5, 1.5 * at], x, y) - line)
-    aside, align = (-6, "right") if left > right else (6, "left")
+    """A margin: from the line to a curve, with its number beside it where the fewest curves are."""
     color, middle = LINES[place]["color"], 0.5 * (line + end)
+    curves = [axes.transData.transform(np.asarray(one.get_xydata())) for one in axes.lines if np.size(one.get_xdata()) > 2]
+    x, y = axes.transData.transform((at, middle))
+    point = axes.figure.dpi / 72.0
+    wide, high = (size * rcParams["font.size"] * point for size in (LETTER * len(text), 1.2))
+
+    def crossed(aside: float, up: float) -> int:
+        """How much of the curves is behind a number there."""
+        left = x + aside * point - (wide if aside < 0.0 else 0.0)
+        across = np.linspace(left, left + wide, 20)
+        return sum(int((np.abs(np.interp(across, *one.T) - y - up * point) < 0.5 * high).sum()) for one in curves)
+
+    aside, up = min(
+        ((side, up) for up in (0.0, 14.0, -14.0, 28.0, -28.0) for side in (6.0, -6.0)), key=lambda to: crossed(*to)
+    )
     axes.plot([at, at], [line, end], color=color, linewidth=2.0, marker="_", markersize=7)
     axes.annotate(
-        text, (at, middle), (aside, 0), textcoords="offset points", ha=align, va="center", color=color, bbox=CLEAR, zorder=1.5
-    )
+        text, (at, middle), (aside, up), textcoords="offset points", ha="left" if aside > 0.0 else "right", va="center",
+        color=color, bbox=CLEAR, zorder=1.5,
+    )  # fmt: skip
 
 
 def draw_nyquist(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
     """L in the complex plane around -1, with the unit circle, on which only the phase differs from -1."""
     with drawing(sheet):
-        figure = new_figure(sheet, 4.4, 4.1, 3.4)
+        figure = new_figure(sheet, 8.0, 4.1, 3.4)
         axes = figure.subplots()
-        margins(figure, sheet, 0.125, 0.115, 0.97, 0.98)
+        margins(figure, sheet, 0.08, 0.115, 0.98, 0.97)
         turn = np.linspace(0.0, 2.0 * math.pi, 361)
         axes.plot(np.cos(turn), np.sin(turn), color="0.6", linewidth=0.8)
         for i, channel in enumerate(shown.channels):
             axes.plot(shown.loop[:, i].real, shown.loop[:, i].imag, label=channel.name, **LINES[i % len(LINES)])
         axes.plot([-1.0], [0.0], "+", color="black", markersize=9)
-        axes.set_xlim(-1.0 - 0.8 * REACH, -1.0 + 1.2 * REACH)
+        across = REACH * figure.get_figwidth() / figure.get_figheight()
+        axes.set_xlim(-1.0 - 0.9 * across, -1.0 + 1.1 * across)
         axes.set_ylim(-REACH, REACH)
         axes.set_aspect("equal")
         axes.set_xlabel("real part of L")
@@ -291,7 +305,7 @@ def draw_steps(path: Path, steps: Sequence[StepResponse], sheet: Sheet) -> None:
 
 
 def draw_over(path: Path, label: str, at: Array, loops: Sequence[Analysis], sheet: Sheet) -> None:
-    """Phase, delay and disk margins of each channel over time, or over the draws as points."""
+    """Phase, delay and disk margins of each channel over time, or over the draws as points, those of a draw side by side."""
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 4.4, 4.4)
         grid = figure.subplots(len(MEASURES), 1, sharex=True)
@@ -304,7 +318,8 @@ def draw_over(path: Path, label: str, at: Array, loops: Sequence[Analysis], shee
                     if label == "time [s]"
                     else {"color": LINES[i % len(LINES)]["color"], "marker": "o+x^"[i % 4], "linestyle": ""}
                 )
-                axes.plot(at, np.where(np.isfinite(values), values, np.nan), label=channel.name, markersize=4, **drawn)
+                aside = 0.0 if label == "time [s]" else 0.1 * (i - 0.5 * (len(loops[0].channels) - 1))
+                axes.plot(at + aside, np.where(np.isfinite(values), values, np.nan), label=channel.name, markersize=4, **drawn)
             axes.set_ylabel(title)
             axes.set_ylim(bottom=0.0)
             axes.yaxis.set_major_formatter(plain())
