@@ -19,13 +19,15 @@ REAL = PAPER | {"vehicle": {"preset": "crazyflie"}, "controller": {"type": "geom
 ERRORS = ["filtered errors", "L without weights"]
 NO_NETS = {"controller": {"type": "backstepping", "nets": {"enabled": False}}}
 WIND = {"wind": {"mean": [1.0, 0.0, 0.0]}}
+GUST = {"wind": {"mean": [1.0, 0.0, 0.0], "gust": {"velocity": [0.0, 1.0, 0.0], "start": 0.1, "length": 0.2}}}
 BATTERY = {"vehicle": {"preset": "crazyflie", "effects": {"battery": True}}}
 
 
 @pytest.mark.parametrize(("content", "labels"), [
-    (REAL, ["rotor thrust", *ERRORS[:1]]),
-    (REAL | WIND, ["rotor thrust", "wind", *ERRORS[:1]]),
-    (REAL | BATTERY, ["rotor thrust", *ERRORS[:1], "battery"]),
+    (REAL, ["rotor thrust"]),
+    (REAL | WIND, ["rotor thrust"]),
+    (REAL | GUST, ["rotor thrust", "wind"]),
+    (REAL | BATTERY, ["rotor thrust", "battery"]),
     (PAPER, ["rotor thrust", "norm of weights", *ERRORS]),
     (PAPER | NO_NETS, ["rotor thrust", *ERRORS]),
 ])  # fmt: skip
@@ -34,6 +36,7 @@ def test_the_last_figure_shows_and_names_only_what_there_is(content, labels):
     *_, last = flight_jobs(log, "A flight")
     assert last.caption.startswith("Largest values: rotor thrust, f")
     assert [panel.label for panel in last.panels] == labels
+    assert last.caption.endswith(" Steady wind: 1.00\N{NO-BREAK SPACE}m/s along x.") == (content == REAL | WIND)
 
 
 def test_captions_say_where_a_flight_is_worst():

@@ -147,10 +147,26 @@ def signed_logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
     axis.set_major_formatter(written)
     written.set_locs(ticks)
     axis.set_minor_locator(NullLocator())
+    right, high = emptiest_corner(axes)
     axes.text(
-        1.0, 0.02, f"linear within ±{written(edge)}", transform=axes.transAxes, ha="right", va="bottom",
-        fontsize=rcParams["legend.fontsize"], color="0.35", bbox=CLEAR,
+        right, 0.98 if high else 0.02, f"linear within ±{written(edge)}", transform=axes.transAxes,
+        ha="right" if right else "left", va="top" if high else "bottom", fontsize=rcParams["legend.fontsize"], color="0.35",
+        bbox=CLEAR,
     )  # fmt: skip
+
+
+def emptiest_corner(axes: Axes) -> tuple[int, int]:
+    """The corner with the least of the lines: 0 or 1 from left to right, and from the bottom up."""
+    (left, low), (right, high) = axes.transScale.transform(list(zip(axes.get_xlim(), axes.get_ylim(), strict=True)))
+    drawn = [axes.transScale.transform(np.asarray(line.get_xydata(), dtype=np.float64)) for line in axes.lines]
+    across = np.linspace(left, right, 100)
+    shares = [(np.interp(across, *line.T) - low) / (high - low) for line in drawn if len(line)]
+
+    def crossed(right: int, top: int) -> int:
+        part = slice(60, None) if right else slice(40)
+        return sum(int((np.abs(one[part] - (0.88 if top else 0.12)) < 0.12).sum()) for one in shares)
+
+    return min(((right, top) for top in (0, 1) for right in (1, 0)), key=lambda corner: crossed(*corner))
 
 
 def logarithmic_time(axes: Axes, t: Numbers) -> None:

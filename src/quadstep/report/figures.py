@@ -94,6 +94,8 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: li
     for style, (key, values) in zip(LINES * 2, lines.items(), strict=False):
         look = BAND if len(lines) > 1 and (key.endswith("_d") or key in ASKED_FOR) else style
         axes.plot(*thin(t, factor * values, log_time), label=label(key), **look)
+    if log_time:
+        logarithmic_time(axes, t)
     if scale == LOG:
         logarithmic(axes, drawn)
     elif scale == SIGNED_LOG:
@@ -210,9 +212,6 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
     for axes in grid.flat:
         axes.yaxis.set_label_coords(-far / across, 0.5)
         axes.yaxis.label.set_verticalalignment("center")  # of one line or two
-    if log_time:
-        for axes in grid[0]:
-            logarithmic_time(axes, t)
     shown = list(grid.T.flat[: len(panels)])
     lowest = [*shown[rows - 1 :: rows], *shown[-1:]]
     for axes in lowest:

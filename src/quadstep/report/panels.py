@@ -77,8 +77,8 @@ def of_inputs(log: FlightLog, panels: list[Panel]) -> str:
     return said
 
 
-def of_others(panels: list[Panel], t: Numbers) -> str:
-    """The largest value of each panel."""
+def of_others(panels: list[Panel], t: Numbers, more: str = "") -> str:
+    """The largest value of each panel. more: what no panel shows, after a blank."""
     found = []
     for panel in panels:
         name, values = max(panel.lines.items(), key=lambda one: float(np.abs(one[1]).max()) if len(one[1]) else 0.0)
@@ -89,7 +89,7 @@ def of_others(panels: list[Panel], t: Numbers) -> str:
             unit = each[list(panel.lines).index(name)] if len(each) == len(panel.lines) else panel.unit
             size = number(value) if unit == "-" or "," in unit else quantity(value, unit)
             found.append(f"{panel.label}{f', {name}' if len(panel.lines) > 1 else ''}: {size} at {at(t, place)}")
-    return f"Largest values: {'; '.join(found)}." if found else listed([panel.label for panel in panels])
+    return f"Largest values: {'; '.join(found)}.{more}" if found else listed([panel.label for panel in panels])
 
 
 def angle(value: float) -> str:
@@ -171,23 +171,32 @@ def input_panels(log: FlightLog, efforts: Mapping[str, str] | None = None) -> li
 def other_panels(log: FlightLog) -> list[Panel]:
     """Rotors, air, nets, errors of the law and battery.
 
-    Those that the log does not have are left out, and those that are zero throughout: a law without nets, still air, an ideal
-    battery.
+    Those that the log does not have are left out, and those with nothing to see: weights of a law without nets, a steady wind,
+    an ideal battery; on a real vehicle filtered errors too, which only a law with nets defines there.
     """
+    defined = LEARNING in log.columns or bool(log.column("norm_W1").any())
     drawn = (
         ("rotor thrust", "N", {name: name for name in rotor_columns(log.columns)}),
         ("wind", "m/s", {f"wind_{axis}": axis for axis in "xyz"}),
         ("norm of weights", "-", {"norm_W1": "W1", "norm_W2": "W2"}),
-        ("filtered errors", "m/s, rad/s", {"norm_r1": "|r1|", "norm_r2": "|r2|"}),
+        ("filtered errors", "m/s, rad/s", {"norm_r1": "|r1|", "norm_r2": "|r2|"} if defined else {}),
         ("L without weights", "J", {"lyapunov": "L"}),
         ("battery", "V", {"voltage": "voltage"}),
     )
     found: list[Panel] = []
     for label, unit, names in drawn:
         lines = {shown: log.column(name) for name, shown in names.items() if name in log.columns}
-        if len(lines) == len(names) and any(values.any() for values in lines.values()):
+        shows = np.ptp if label == "wind" else np.any
+        if lines and len(lines) == len(names) and any(shows(values) for values in lines.values()):
             found.append(Panel(label, unit, lines))
     return found
+
+
+def steady_wind(log: FlightLog) -> str:
+    """A wind that is always the same, in a sentence after a blank: a figure has nothing to show of it."""
+    wind = {axis: log.column(f"wind_{axis}") for axis in "xyz" if f"wind_{axis}" in log.columns}
+    blows = [f"{quantity(float(values[0]), 'm/s')} along {axis}" for axis, values in wind.items() if values.any()]
+    return f" Steady wind: {listed(blows)}." if blows and not any(np.ptp(values) for values in wind.values()) else ""
 
 
 def signal_panels(log: FlightLog, panels: Sequence[Panel]) -> list[Panel]:
@@ -261,7 +270,7 @@ def panel_jobs(log: FlightLog, _name: str, efforts: Mapping[str, str] | None = N
         ("position", position, partial(of_position, log)),
         ("attitude", attitude, partial(of_attitude, log, attitude)),
         ("inputs", inputs, partial(of_inputs, log, inputs)),
-        (rest, others, partial(of_others, others, t)),
+        (rest, others, partial(of_others, others, t, steady_wind(log))),
     )
     path = [path_job(log, "path", of_path(log))] if len(SPACE & {*position_axes(log)}) > 1 else []
     return [*path, *(FigureJob(file, said(), t, panels, 2) for file, panels, said in figures if panels)]

@@ -171,7 +171,7 @@ def write_results(
     jobs = jobs_to_draw(figures, sheet)
     drawn = [pool.submit(job.draw, out / "figures", sheet) for job in jobs]
     measured = mission.flight_metrics(log, grading)  # while processes draw
-    zero = [f"--signals: {one} is zero throughout, and not drawn" for one in sheet.lacking(labels_of(figures)) if figures]
+    zero = [f"--signals: {one} has nothing to show, and is not drawn" for one in sheet.lacking(labels_of(figures)) if figures]
     metrics, warnings = measured[0], (*plan.warnings, *measured[1], *zero)
     progress("writing tables", 0, 1)
     write_log(out / "flight.csv", log)
@@ -220,9 +220,9 @@ def metric_names(mission: Mission, plan: FlightPlan) -> list[str]:
 
 
 def log_before_flight(plan: FlightPlan, value: float) -> FlightLog:
-    """A log with the columns of a flight, before it is flown: its first and its last row, of one value."""
+    """A log with the columns of a flight, before it is flown: its first row, of one value, and its last, of twice that."""
     columns, ticks = plan.loop.columns, plan.ticks
-    rows = np.full((2, len(columns)), value)
+    rows = np.full((2, len(columns)), value) * [[1.0], [2.0]]
     rows[:, list(columns).index("t")] = 0.0, ticks.last * ticks.step
     return FlightLog(columns, rows, Outcome.COMPLETED, ticks.last * ticks.step, None)
 

@@ -21,7 +21,7 @@ from quadstep.report.markup import paragraph, table
 from quadstep.report.panels import flight_jobs
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing
-from quadstep.report.units import rich
+from quadstep.report.units import quantity, rich
 from quadstep.studies.flight_report import cut, errors_since
 from quadstep.studies.fly import FlightSummary, ending_state, summarise, write_results
 
@@ -135,7 +135,7 @@ class Flight(FlightLog):
 
     def __repr__(self) -> str:
         metrics = self.metrics()
-        rmse = f", position RMSE {1e3 * metric(metrics, 'position_rmse[m]'):.4g} mm" if "position_rmse[m]" in metrics else ""
+        rmse = f", position RMSE {quantity(metric(metrics, 'position_rmse[m]'), 'm')}" if "position_rmse[m]" in metrics else ""
         how = "completed" if self.outcome is Outcome.COMPLETED else f"lost ({self.outcome.name.lower()}) at"
         return f"<Flight {self.name!r}: {how} {self.ended:g} s{rmse}, {len(self.rows)} rows>"
 
