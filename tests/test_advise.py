@@ -126,7 +126,10 @@ def test_a_log_becomes_advice_and_the_file_to_load(tmp_path):
     text = (tmp_path / "out" / "advised.parm").read_text()
     written = dict(line.split() for line in text.splitlines())
     assert {name: float(value) for name, value in written.items()} == pytest.approx({n: factor * v for n, v in GAINS.items()})
-    assert found.answer.startswith("The loop of roll has a phase margin of ")
+    told = ", ".join(f"{name} to {factor * GAINS[name]:.4g}" for name in GAINS).replace(
+        ", ATC_RAT_RLL_D", " and ATC_RAT_RLL_D"
+    )
+    assert found.answer.startswith(f"The loop of roll is fragile: set {told}. The loop of roll has a phase margin of ")
     assert "ATC_RAT_RLL_P, ATC_RAT_RLL_I, ATC_RAT_RLL_D times" in found.more[0]
     flight = excited(log, None)
     now = measured(flight.measured)
@@ -149,6 +152,7 @@ def test_a_log_becomes_advice_and_the_file_to_load(tmp_path):
     log.write_bytes(forward)
     found = advise(log, None, None, tmp_path / "other", False, sheet("svg", None, "screen"))
     assert "no factor on them is advised" in found.more[0]
+    assert found.answer.startswith("The loop of roll is fragile: no change is advised.")
     assert not (tmp_path / "other" / "advised.parm").exists()
 
 

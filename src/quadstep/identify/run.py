@@ -230,9 +230,10 @@ def facts(run: Identification) -> list[markup.Fact]:
 
 def fitted(fit: Identified) -> TableSection:
     rows = [
-        (key, f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, one.source) for key, one in fit.fitted.items()
+        (in_words(key), f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, one.source)
+        for key, one in fit.fitted.items()
     ]
-    header = ("key", "value", "95 % interval", "unit", "from")
+    header = ("", "value", "95 % interval", "unit", "from")
     return TableSection("Identified parameters", "found", header, rows, shown="Identified")
 
 

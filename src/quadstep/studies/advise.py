@@ -125,7 +125,8 @@ def evidence(
 ) -> Evidence:  # fmt: skip
     """What was measured and what follows, for its readers. stem, log: name of the log, and where it is; new: parameters."""
     assert now.phase
-    answer, seen = sentence(flight, now), symptoms(flight, now, advice)
+    first = [verdict(flight, now, advice, new), sentence(flight, now)]
+    answer, seen = " ".join(first[::-1] if flight.changed or now.limited else first), symptoms(flight, now, advice)
     more = [
         *next_steps(flight, now, advice),
         *of_other_axes(flight),
@@ -254,7 +255,19 @@ def margin_rows(
     return rows
 
 
+def verdict(flight: Excited, now: MeasuredLoop, advice: Advice | None, new: dict[str, tuple[float, float]]) -> str:
+    """The grade, and what to change."""
+    whole = f"The loop of {flight.axis} is {now.grade}"
+    whole = f"Whether the loop of {flight.axis} is sound is not known" if now.grade == "unknown" else whole
+    if new:
+        return f"{whole}: set {listed([f'{name} to {then:.4g}' for name, (_, then) in new.items()])}."
+    if advice and not (flight.loop and flight.loop.bypassed(flight.parameters)):
+        return f"{whole}: multiply all gains of this command by {advice.factor:.2f}."
+    return f"{whole}: no change is advised."
+
+
 def sentence(flight: Excited, now: MeasuredLoop) -> str:
+    """The margins."""
     assert now.phase
     phase, at = degrees(now.phase.value), hertz(now.phase.at)
     known = now.up is not None, now.down is not None or now.floor is not None
