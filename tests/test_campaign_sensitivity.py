@@ -205,10 +205,11 @@ def test_ranges_of_few_flights_are_joined_with_the_next():
 def test_tables_are_named_by_what_tells_them_apart():
     assert texts_of(['{"type": "pid", "mass": 2.0}', '{"type": "lqr", "mass": 2.0}']) == ["pid", "lqr"]
     assert texts_of(['{"type": "b", "nets": {"enabled": true}}', '{"type": "b", "nets": {"enabled": false}}']) == [
-        "nets enabled true",
-        "nets enabled false",
+        "nets enabled = true",
+        "nets enabled = false",
     ]
     assert texts_of(['{"type": "b"}']) == ["b"]
     assert texts_of(["[1.0, 2.0]", "[1.0, 3.0]", '"x"']) == ["[1, 2]", "[1, 3]", '"x"']
     assert texts_of(["{no json", "plain"]) == ["{no json", "plain"]
+    assert text_of({"mass": 2.644, "type": "geometric"}) == "geometric, mass = 2.644"
     assert len(text_of("x" * 100)) == 48

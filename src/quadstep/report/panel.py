@@ -1,5 +1,7 @@
 """What a figure shows, as numbers: panels over time, or a flight in space."""
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -39,14 +41,15 @@ def breadth(points: NDArray[np.float64]) -> float:
     return float(np.ptp(points @ across))
 
 
-class Track(NamedTuple):
+@dataclass(frozen=True)
+class Track:
     """A flight in space. distance [m]: from its path; wanted, flown: points [m], shape (samples, 3)."""
 
     distance: NDArray[np.float64]
     wanted: NDArray[np.float64]
     flown: NDArray[np.float64]
 
-    @property
+    @cached_property
     def view(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower and upper corner [m] of what is drawn: a cube around both paths, as far as they are near the desired one."""
         size = max(float(np.ptp(self.wanted, axis=0).max()), 0.5)
@@ -55,7 +58,7 @@ class Track(NamedTuple):
         middle, half = 0.5 * (both.min(axis=0) + both.max(axis=0)), 0.54 * max(float(np.ptp(both, axis=0).max()), 1e-3)
         return middle - half, middle + half
 
-    @property
+    @cached_property
     def views(self) -> list[tuple[int, int]]:
         """Axes of the view from above, and of that from the side, along the longer of x and y; without those in which it is a
         dot or a straight line.

@@ -23,14 +23,13 @@ SAME = 1e-9
 """A command is within its limits where both differ by no more than this share of the largest command."""
 
 
-def of_path(log: FlightLog) -> str:
+def of_path(log: FlightLog, track: Track) -> str:
     """How far the vehicle was from its path, at worst and later."""
-    t, distance = log.column("t"), np.linalg.norm(position_errors(log), axis=1)
+    t, distance = log.column("t"), track.distance
     worst = int(distance.argmax())
     later = float(distance[t >= 0.5 * t[-1]].max())
     said = f"Farthest from its path: {quantity(float(distance[worst]), 'm')}, at {at(t, worst)}"
     said += f"; in the second half at most {quantity(later, 'm')}" if later < 0.9 * distance[worst] else ""
-    track = track_of(log)
     if not track.views:
         return f"{said}."
     return f"{said}. Circle: start; cross: end{f', beyond the view along {listed(track.beyond)}' if track.beyond else ''}."
@@ -272,5 +271,6 @@ def panel_jobs(log: FlightLog, _name: str, efforts: Mapping[str, str] | None = N
         ("inputs", inputs, partial(of_inputs, log, inputs)),
         (rest, others, partial(of_others, others, t, steady_wind(log))),
     )
-    path = [path_job(log, "path", of_path(log))] if len(SPACE & {*position_axes(log)}) > 1 else []
+    track = track_of(log)
+    path = [FigureJob("path", of_path(log, track), t, [], track=track)] if len(SPACE & {*position_axes(log)}) > 1 else []
     return [*path, *(FigureJob(file, said(), t, panels, 2) for file, panels, said in figures if panels)]

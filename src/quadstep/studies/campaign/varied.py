@@ -98,14 +98,15 @@ def leaves(value: object) -> dict[str, object]:
 
 
 def text_of(value: object, digits: int = 6) -> str:
-    """A value for an axis or a table of the page: numbers to so many digits, a table's keys in words."""
+    """A value for an axis or a table of the page: numbers to so many digits, a table's type first, and its keys in words."""
     if isinstance(value, bool):
         text = str(value).lower()
     elif isinstance(value, int | float):
         text = units.numerals(f"{value:.{digits}g}")
     elif isinstance(value, dict):
         parts = {name: text_of(one, digits) for name, one in leaves(value).items()}
-        text = ", ".join(one if name == "type" else f"{words(name)} {one}" for name, one in parts.items())
+        kind = {"type": parts.pop("type")} if "type" in parts else {}
+        text = ", ".join([*kind.values(), *(f"{words(name)} = {one}" for name, one in parts.items())])
     else:
         text = value if isinstance(value, str) else f"[{', '.join(text_of(one, digits) for one in cast(list[object], value))}]"
     return text if len(text) <= WIDTH else f"{text[: WIDTH - 1]}…"
