@@ -50,30 +50,37 @@ def worst(log, other, within):
 
 def flown(*usual, alone=False):
     """Every controller, some with the estimator too, which none knows of. An ordinary run has those in `usual` and, if
-    `alone`, every controller without the estimator.
+    `alone`, every controller without the estimator, except those that `tests/test_control_engines.py` flies on every engine.
     """
     kinds = [(name, estimator) for name in CONTROLLERS for estimator in ((False, True) if name in ESTIMATED else (False,))]
+    ordinary = {*usual, *((name, False) for name in CONTROLLERS if alone and name not in ("mpc", "mppi"))}
     return pytest.mark.parametrize(
         ("controller", "estimator"),
-        [
-            pytest.param(name, on, marks=() if (name, on) in usual or (alone and not on) else pytest.mark.thorough)
-            for name, on in kinds
-        ],
+        [pytest.param(*one, marks=() if one in ordinary else pytest.mark.thorough) for one in kinds],
     )
+
+
+SOON = {
+    "events": [{"type": "payload", "time": 0.02, "mass": 0.3, "position": [0.0, 0.02, -0.05]},
+        {"type": "centre-of-gravity", "time": 0.01, "until": 0.05, "shift": [0.005, 0.0, 0.0]},
+        {"type": "rotor", "time": 0.04, "rotor": 2, "efficiency": 0.9}],
+    "wind": {**EVERYTHING["wind"], "gust": {"velocity": [0.0, 3.0, 0.0], "start": 0.02, "length": 0.04}},
+}  # fmt: skip
+"""Everything, but early: the events begin and end, and the gust does, within 0.06 s."""
 
 
 @flown(("geometric", True), ("indi", True), alone=True)
 def test_lanes_and_arrays_fly_what_floats_fly_with_everything_on(controller, estimator):
-    rows = 51 if estimator else 32  # past the last event
-    one = everything(controller, estimator, simulation={"duration": 0.01 * (rows - 1)})
+    rows = 21 if estimator else 11  # past the last event
+    one = everything(controller, estimator, simulation={"duration": 0.01 * (rows - 1)}, **SOON)
     floats = on_floats(one)
     assert floats.outcome is Outcome.COMPLETED
     assert len(floats.rows) == rows
     lanes = on_lanes([one])[0]
     assert worst(lanes, floats, 0.0) == {}
     np.testing.assert_array_equal(flatten(lanes.final), [float(leaf) for leaf in flatten(floats.final)])  # NaN: not said
-    others = [everything(controller, estimator, seed=seed) for seed in (5, 3)]
-    last = 60 if estimator else 15  # arrays are slow; what is late is 11 ticks late, the first event at tick 50
+    others = [everything(controller, estimator, seed=seed, **SOON) for seed in (5, 3)]
+    last = 60 if estimator else 15  # arrays are slow; what is late is 11 ticks late, the first events at ticks 5 and 10
     arrays = fly_arrays(one.loop, [o.parameters for o in others], [o.start for o in others], one.ticks._replace(last=last))
     cut = floats._replace(rows=floats.rows[: last // one.ticks.log + 1], ended=last * one.ticks.step)
     assert worst(arrays[1], cut, 0.0) == {}
