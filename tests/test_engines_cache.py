@@ -205,13 +205,14 @@ REPLACED = {
 }
 
 
-@pytest.mark.parametrize("what", REPLACED)
-def test_what_a_notebook_replaces_in_memory_flies_from_then_on(tmp_path, monkeypatch, what):
-    (tmp_path / "law.py").write_text(LAW)
-    (tmp_path / "helper.py").write_text(HELPER)
-    law = load(Place("law.py", "Law"), tmp_path)
-    (tmp_path / "mission.toml").write_text(MISSION)
-    plan = quadstep.read_mission(tmp_path / "mission.toml").plan()
+@pytest.fixture(scope="module")
+def notebook(tmp_path_factory):
+    """The law of a file, how a mission with it is flown and written, and what comes of that before anything is replaced."""
+    folder = tmp_path_factory.mktemp("notebook")
+    for name, text in (("law.py", LAW), ("helper.py", HELPER), ("mission.toml", MISSION)):
+        (folder / name).write_text(text)
+    law = load(Place("law.py", "Law"), folder)
+    plan = quadstep.read_mission(folder / "mission.toml").plan()
     scored_loop, clock = scored(plan.loop, plan.ticks, 0.01)
 
     def flown():
@@ -224,6 +225,12 @@ def test_what_a_notebook_replaces_in_memory_flies_from_then_on(tmp_path, monkeyp
 
     first, texts = flown(), written()
     assert written() == texts
+    return law, plan, flown, written, first, texts
+
+
+@pytest.mark.parametrize("what", REPLACED)
+def test_what_a_notebook_replaces_in_memory_flies_from_then_on(notebook, monkeypatch, what):
+    law, plan, flown, written, first, texts = notebook
     monkeypatch.setattr("quadstep.engines.kernel.compile_module", made := Mock(side_effect=kernel.compile_module))
     np.testing.assert_array_equal(flown()[0], first[0])
     assert made.call_count == 0
