@@ -47,7 +47,7 @@ def folder(tmp_path_factory):
 
 COMMANDS = {
     "version": ["--version"],
-    "fly": ["fly", "real.toml"],
+    "fly": ["fly", "real.toml", "--signals", "position"],
     "vehicles": ["vehicles"],
     "vehicle": ["vehicles", "x500"],
     "certify": ["certify", "mission.toml"],
@@ -102,7 +102,15 @@ SAID = {
     "identify": "IMU tilt about x",
     "advise": "margins of roll",
 }
+HERE = """
+from tests.studies import here
+from quadstep.studies.comparison import cost, jobs
+jobs.drawing_pool, cost.REPEATS = here, 1
+"""
+"""A comparison without processes of its own, which measures once."""
+
 SHORTENED = {
+    "compare": HERE + "from quadstep.commands import cli\ncli.main()",
     "identify": """
 from quadstep.identify import fit
 search = fit.search
@@ -137,7 +145,7 @@ edge.fly_edge = lambda found, unknown: fly_edge(found, unknown=unknown)[:2]
 from quadstep.commands import cli
 cli.main()
 """,
-    "controllers --overwrite": """
+    "controllers --overwrite": f"""{HERE}
 from pathlib import Path
 from quadstep.studies.comparison import cells
 cells.shipped_study = lambda: cells.read_study(Path("study.toml"))
@@ -241,7 +249,7 @@ def test_bad_input_is_exit_code_2_whatever_the_streams(folder, out, err):
 
 
 def test_results_are_whole_where_every_stream_is_closed(folder):
-    run = with_streams("fly", "real.toml", "--out", "closed", cwd=folder, out="closed", err="closed")
+    run = with_streams(*COMMANDS["fly"], "--out", "closed", cwd=folder, out="closed", err="closed")
     assert run.code == 0
     written = {path.name: path.stat().st_size for path in (folder / "closed").iterdir()}
     assert {"flight.csv", "metrics.json", "page.html"} <= set(written)
@@ -249,7 +257,7 @@ def test_results_are_whole_where_every_stream_is_closed(folder):
 
 
 def test_what_a_stream_cannot_show_keeps_its_width(folder):
-    run = with_streams("fly", "real.toml", cwd=folder, **ASCII)
+    run = with_streams(*COMMANDS["fly"], cwd=folder, **ASCII)
     assert (run.code, run.raw.splitlines()[0]) == (0, "?bung ???? ?")
     bars = [[at for at, sign in enumerate(line) if sign in "|+"] for line in run.raw.splitlines()[1:6]]
     assert bars == [bars[0]] * 5
