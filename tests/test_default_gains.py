@@ -44,8 +44,9 @@ SLOW = {"preset": "research-2.6kg", "rotor": {"rise_time": 0.15, "fall_time": 0.
 """Lag alone, nearly: what a loop of given gains is slowed by the most."""
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", [pytest.param(law, marks=pytest.mark.thorough) if law == "mpc" else law for law in LAWS])
 def test_gains_need_no_help_of_the_air(law):
+    """In an ordinary run, that of the slowest law to grade is tried on two other vehicles."""
     found = hover_grade({**SLOW, "effects": {"drag": False}}, law)
     assert found.word == SOUND, f"{law}: {found.why}"
 

@@ -15,10 +15,15 @@ def found(folder, kind, mission=real_mission):
 
 @needs(CPPCHECK)
 @pytest.mark.parametrize(
-    "kind", [pytest.param("mpc", marks=pytest.mark.thorough), "mppi", pytest.param("raptor", marks=needs(POLICY))]
+    "kind",
+    [
+        pytest.param("mpc", marks=pytest.mark.thorough),
+        "mppi",
+        pytest.param("raptor", marks=[needs(POLICY), pytest.mark.thorough]),
+    ],
 )
 def test_every_deviation_of_a_long_law_has_a_reason(tmp_path, kind):
-    """Each rule that `mpc` deviates from, at three times the price, `mppi` does too."""
+    """Each rule that `mpc` and `raptor` deviate from, `mppi` does too."""
     rules = found(tmp_path, kind)
     assert {"21.15"} <= rules.keys() <= law_sheet.REASONS.keys()
 

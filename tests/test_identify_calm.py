@@ -27,7 +27,7 @@ from tests.made_flights import MAPPING, table, write
 
 
 def test_what_a_calm_circle_does_not_determine_is_refused_and_the_vehicle_and_its_missions_say_so(tmp_path):
-    found = identify([logged("x500", "circle", 1, 30.0)], start("x500"), lambda _: None, predictors=False)
+    found = identify([logged("x500", "circle", 1, 15.0)], start("x500"), lambda _: None, predictors=False)
     for key in ("rotor.rise_time", "command.delay", "rotor.inertia", "rotor.torque_coefficient"):
         assert found.kept[key] == UNDETERMINED
         assert key not in found.fitted

@@ -212,7 +212,7 @@ def test_without_pandas_it_is_said_what_to_install(paper, monkeypatch):
         paper.to_pandas()
 
 
-@pytest.mark.parametrize("flown", ["paper", "real"])
+@pytest.mark.parametrize("flown", ["paper", pytest.param("real", marks=pytest.mark.thorough)])
 def test_figures_are_those_of_quadstep_fly(flown, request, tmp_path):
     from matplotlib import rc_context
     from matplotlib.image import imread

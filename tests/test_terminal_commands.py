@@ -117,7 +117,7 @@ search = fit.search
 fit.search = lambda problem, point, weights, rounds, *more: search(problem, point, weights, 1, *more)
 from quadstep.commands import cli
 cli.main()
-"""
+""",
 }
 """Commands with less to compute than they have."""
 

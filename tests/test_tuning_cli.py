@@ -345,6 +345,8 @@ def test_an_extra_that_is_missing_is_named(tmp_path, monkeypatch):
 def test_the_examples_can_be_tuned(tmp_path, name):
     path = EXAMPLES / f"{name}.toml"
     text = path.read_text(encoding="utf-8").replace("seeds = 16", "seeds = 4\nunseen = 20")
+    text = re.sub("(gain|delay)_margin.*\n", "", text)
+    text = re.sub("phase_margin.*", "phase_margin = 0.0", text)  # none is kept: those of every candidate take most of the time
     done = tune(written(tmp_path, text), tmp_path / "out", 110)
     assert done.code == 0
     assert "The tuned gains are better on flights they were not tuned on: " in done.out
