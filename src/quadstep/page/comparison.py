@@ -33,9 +33,8 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     names = [one.name if results[0].name != results[1].name else one.place.as_posix() for one in results]
     quoted = [f"“{name}”" for name in names]
     unlike = why_incomparable(quoted, *contents)
-    keys = [
-        key for key in dict.fromkeys([*first, *second]) if key not in TWINS or any(twin(one, key) for one in (first, second))
-    ]
+    same = all(one.get("overturned[rad]") == one.get("largest_tilt[rad]") for one in (first, second))
+    keys = [key for key in dict.fromkeys([*first, *second]) if not (same and key == "overturned[rad]")]
     header = ("", *names, "second / first")[: 3 if unlike else 4]
     rows = [[words(key), *row(key, first.get(key), second.get(key))][: len(header)] for key in keys[:MOST_ROWS]]
     errors = [
@@ -69,15 +68,6 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     return markup.page_text(
         f"{names[0]} and {names[1]}", [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE
     )
-
-
-TWINS = {"overturned[rad]": "largest_tilt[rad]"}
-"""Metrics that say the same as another one wherever they are equal."""
-
-
-def twin(found: dict[str, float], key: str) -> bool:
-    """Whether one says something else than the one that it often equals."""
-    return found.get(key) != found.get(TWINS[key])
 
 
 def why_incomparable(names: list[str], first: Metrics, second: Metrics) -> str:
