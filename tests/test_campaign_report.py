@@ -315,7 +315,7 @@ def test_correlated_keys_are_said_to_overlap_and_tables_and_grids_have_names(tmp
     varied = {row[0]: row[-1] for row in cells if len(row) == 3}
     assert varied["vehicle mass [kg]"] == "normal, mean 1, deviation 0.1, correlated with disturbance.scale"
     assert varied["start position along x [m]"] == "each of 0, 0.01 in turn"
-    assert varied["controller"] == "one of backstepping, nets enabled false, nested-saturation"
+    assert varied["controller"] == "one of backstepping, nets enabled = false, nested-saturation"
 
 
 def test_one_key_has_no_interactions_that_the_rest_could_be_due_to(tmp_path):
