@@ -24,13 +24,6 @@ MappingOption = Annotated[
 ]
 
 
-def vehicle_of(given: str) -> "AirframeSection":
-    """A vehicle by the name of a preset, or in a file. Raises UserError."""
-    from quadstep.mission.listings import load_preset, preset_names, read_vehicle
-
-    return load_preset(given) if given in preset_names() or not given.endswith(".toml") else read_vehicle(Path(given))
-
-
 def read_logs(logs: Sequence[Path], mapping: str | None) -> "list[FlightRecord]":
     """Flights, named like their files, with as much of their folders as tells them apart. Raises UserError."""
     from quadstep.identify.logs.flight import refuse_shared
@@ -81,6 +74,7 @@ def identify(
     from quadstep.identify.run import evidence, run
     from quadstep.identify.vehicle_file import as_toml
     from quadstep.io.files import refuse_other, write_beside
+    from quadstep.mission.listings import vehicle_named
 
     if out.suffix != ".toml":
         raise UserError(f"{out}: the name of a vehicle file should end in .toml")
@@ -90,7 +84,7 @@ def identify(
     if report:
         refuse_other(out.with_suffix(".html"), None, overwrite)
     begun = time.monotonic()
-    section = vehicle_of(vehicle)
+    section = vehicle_named(vehicle)
     source = f"--mass {mass:g}; a flight cannot reveal it" if mass else f"that of {vehicle}; a flight cannot reveal it"
     if mass:
         section = section.model_copy(update={"mass": mass})
@@ -151,6 +145,7 @@ def replay(
     from quadstep.identify.logs.judge import judge
     from quadstep.identify.replay import ReplayRequest, replayed
     from quadstep.identify.replay_report import evidence, identity, panels_of
+    from quadstep.mission.listings import vehicle_named
     from quadstep.report.publish import files_to_replace
 
     if (starts is None) != (predictions is None):
@@ -159,7 +154,7 @@ def replay(
         raise UserError("--out: cannot be combined with --starts, whose predictions --predictions takes")
     drawn_on = drawing.sheet(signals)
     chosen = controller_of(controller) if controller else None
-    section = vehicle_of(vehicle)
+    section = vehicle_named(vehicle)
     if residual and not section.residual:
         raise UserError(f"--residual: {vehicle} has none; quadstep identify --residual makes one")
     flights = read_logs(logs, mapping)

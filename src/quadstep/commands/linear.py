@@ -1,13 +1,11 @@
 """`quadstep linear` and `quadstep export`: a mission's law as a linear system, and as C."""
 
-import json
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from quadstep.commands.options import FigureOptions, JsonOption, OverwriteOption, check_range, show
+from quadstep.commands.options import FigureOptions, JsonOption, OverwriteOption, check_range, print_json, show
 from quadstep.io.documents import read_toml
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError, unknown_name
@@ -60,7 +58,7 @@ def linear(
             else:
                 found = laws(file, controllers or "", folder, overwrite, drawn_on, shown)
     if as_json:
-        sys.stdout.write(json.dumps(found.record, indent=2, allow_nan=False) + "\n")
+        print_json(found.record)
     else:
         show(found, folder)
 

@@ -142,7 +142,7 @@ def vehicles(
     ] = None,
 ) -> None:
     """List the preset vehicles, or every parameter of one, with unit and source."""
-    from quadstep.mission.listings import load_preset, parameters, preset_names, read_vehicle
+    from quadstep.mission.listings import load_preset, parameters, preset_names, vehicle_named
 
     if vehicle is None:
         rows, broken = [], []
@@ -160,7 +160,5 @@ def vehicles(
         for one in broken:
             complain(f"warning: {one}")
         return
-    section = (
-        load_preset(vehicle) if vehicle in preset_names() or not vehicle.endswith(".toml") else read_vehicle(Path(vehicle))
-    )
+    section = vehicle_named(vehicle)
     show_table(one_line(section.description or vehicle), ("key", "value", "unit", "meaning", "source"), parameters(section))

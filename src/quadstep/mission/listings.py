@@ -93,7 +93,7 @@ def commented(line: str, *said: str) -> str:
     return f"{line:<{WIDTH}} # {'; '.join(filter(lambda part: part not in ('', '-'), said))}"
 
 
-__all__ = ["VehicleNumber", "load_preset", "parameters", "preset_names", "read_vehicle"]
+__all__ = ["VehicleNumber", "load_preset", "parameters", "preset_names", "read_vehicle", "vehicle_named"]
 
 
 class VehicleNumber(NamedTuple):
@@ -124,6 +124,11 @@ def load_preset(name: str, folder: Path = Path()) -> AirframeSection:
 def read_vehicle(path: Path) -> AirframeSection:
     """A vehicle in a file of one's own, which may itself start from a preset or a file. Raises UserError."""
     return check(AirframeSection, read_toml(path), str(path), path.parent)
+
+
+def vehicle_named(given: str) -> AirframeSection:
+    """A vehicle by the name of a preset, or in a file. Raises UserError."""
+    return load_preset(given) if given in preset_names() or not given.endswith(".toml") else read_vehicle(Path(given))
 
 
 def parameters(vehicle: AirframeSection) -> list[VehicleNumber]:

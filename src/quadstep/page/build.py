@@ -38,13 +38,12 @@ DATA = '<script id="quadstep-data" type="application/json">{}</script>'
 LAWS = '<script id="quadstep-laws">0</script>'
 
 
-def template() -> str:
-    """The built front end. Raises UserError where the package was installed without it."""
+def template(of: str = "page") -> str:
+    """The built front end of the page, or of the article. Raises UserError where the package was installed without it."""
     try:
-        text = files("quadstep.page").joinpath("assets", "page.html").read_text(encoding="utf-8")
+        return files("quadstep.page").joinpath("assets", f"{of}.html").read_text(encoding="utf-8")
     except OSError:
-        raise UserError("the page's front end is not part of this installation; build it: `make frontend`") from None
-    return text
+        raise UserError(f"the {of}'s front end is not part of this installation; build it: `make frontend`") from None
 
 
 def build_page(

@@ -35,12 +35,12 @@ class Layout(NamedTuple):
 class Writer:
     """Writes the numbers of one record.
 
-    fixed: names of inputs that stay the same during a flight. carry, constants: names of the arrays for numbers on their way
-    from function to function, and for what is computed once a flight.
+    fixed: names of inputs that stay the same during a flight. X and K are the arrays for numbers on their way from function to
+    function, and for what is computed once a flight.
     """
 
-    def __init__(self, record: Record, fixed: Iterable[str], carry: str = "X", constants: str = "K") -> None:
-        self.nodes, self.carry, self.constants = record.nodes, carry, constants
+    def __init__(self, record: Record, fixed: Iterable[str]) -> None:
+        self.nodes = record.nodes
         self.loops: dict[int, LoopAssignment] = getattr(record, "loops", {})
         self.arrays: dict[str, int] = getattr(record, "arrays", {})
         self.steady = self._steady(set(fixed))
@@ -78,7 +78,7 @@ class Writer:
     def preparation(self) -> list[str]:
         """Functions' statements that compute what is the same for a whole flight."""
         kept, self.kept = self.kept, {}
-        functions = self.functions([Output(f"{self.constants}[{place}]", number) for number, place in kept.items()])
+        functions = self.functions([Output(f"K[{place}]", number) for number, place in kept.items()])
         self.kept = kept
         return functions
 
@@ -111,7 +111,7 @@ class Writer:
         crossing = {operand for place in locals_ for operand in taken[place] if home.get(operand, len(chunks)) < home[place]}
         crossing |= {place for place in results if home[place] < len(chunks) - 1}
         crossing = {place for place in crossing if self.nodes[place].operation not in STATEMENTS}
-        return Layout(chunks, {place: f"{self.carry}[{i}]" for i, place in enumerate(sorted(crossing))})
+        return Layout(chunks, {place: f"X[{i}]" for i, place in enumerate(sorted(crossing))})
 
     def _locals(self, results: set[int], given: set[int]) -> list[int]:
         """The numbers that get a name, and statements, in order. given: what has a name already."""
@@ -201,7 +201,7 @@ class Writer:
 
     def _leaf_text(self, place: int) -> str:
         if place in self.kept:
-            return f"{self.constants}[{self.kept[place]}]"
+            return f"K[{self.kept[place]}]"
         node = self.nodes[place]
         return constant_text(float(node.text)) if node.operation == CONSTANT else node.text
 

@@ -158,10 +158,9 @@ class LineFit(NamedTuple):
 
 
 class Lag(NamedTuple):
-    """Lag of y behind x [s], its scatter between stretches of the log [s], and the correlation at that lag."""
+    """Lag of y behind x [s], and the correlation at that lag."""
 
     lag: float
-    jitter: float
     correlation: float
 
 
@@ -231,6 +230,4 @@ def lag(x: Floats, y: Floats, period: float, longest: float = 0.15) -> Lag | Non
     if len(found) < 3:
         return None
     lags = np.array([one for one, _ in found]) * period
-    middle = float(np.median(lags))
-    jitter = 1.4826 * float(np.median(np.abs(lags - middle)))
-    return Lag(middle, jitter, float(np.median([score for _, score in found])))
+    return Lag(float(np.median(lags)), float(np.median([score for _, score in found])))

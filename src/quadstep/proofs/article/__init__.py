@@ -25,10 +25,9 @@ from quadstep.interfaces.closed_loop import ClosedLoop, Outcome
 from quadstep.interfaces.controller import Command
 from quadstep.interfaces.learning import output
 from quadstep.io import __version__
-from quadstep.io.errors import UserError
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.numbers import Number, Vector, atan2, flatten, where
-from quadstep.page.build import fill
+from quadstep.page.build import fill, template
 from quadstep.page.flights import words
 from quadstep.page.laws import emit, library, net_row
 from quadstep.page.model import numbers_text
@@ -160,15 +159,7 @@ def missions() -> dict[str, LagrangeMission]:
 def article() -> str:
     """The HTML. Raises UserError where the package was installed without its front end."""
     data, script = law_and_data()
-    return fill(template().replace(BODY, body()), TITLE, data, script)
-
-
-def template() -> str:
-    """The built front end. Raises UserError."""
-    try:
-        return files("quadstep.page").joinpath("assets", "article.html").read_text(encoding="utf-8")
-    except OSError:
-        raise UserError("the article's front end is not part of this installation; build it: `make frontend`") from None
+    return fill(template("article").replace(BODY, body()), TITLE, data, script)
 
 
 def law_and_data() -> tuple[dict[str, object], str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +33,7 @@ from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.tube import SAMPLES, OpenTube, Tube, beginning, tube
 from quadstep.proofs.prove.unknown import Unknown, check_unknown
 from quadstep.report.bars import bar
+from quadstep.report.progress import Count
 from quadstep.report.units import quantity
 from quadstep.vehicle.lagrange import Parameters
 from quadstep.vehicle.paper import Disturbance
@@ -91,7 +92,7 @@ def prove_mission(
     chosen, axes = coordinates(loop, flown, unknown), len(plan.loop.plant.axes)
     refuse_singular(path, loop, flown, unknown, chosen)
     with bar("proving", "samples", loop.samples) as progress:
-        shown = counted(progress.to)
+        shown = Count(progress).add
         result = tube(loop, flown, unknown, chosen, axes, shown)
     apart = flown[:, :axes] - path_samples(loop, len(flown))
     off, traced = np.abs(apart), closed_tube(loop, apart, result, chosen)
@@ -160,18 +161,6 @@ def checked(path: Path) -> ProofVerdict:
         f"confirmed: every flight of {found.seconds:g} s {under(found.unknown)} stays within these bounds at all its samples."
     )
     return ProofVerdict(found.name, VerdictKind.PROVED, rows, [says])
-
-
-def counted(to: Callable[[int], None]) -> Callable[[int], None]:
-    """Progress by increments, from a function that is called with totals."""
-    done = 0
-
-    def more(samples: int) -> None:
-        nonlocal done
-        done += samples
-        to(done)
-
-    return more
 
 
 def path_samples(loop: SampledLoop, count: int) -> Array:
