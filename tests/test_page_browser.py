@@ -420,18 +420,18 @@ def test_typed_number_is_held_to_its_bounds_and_nonsense_is_left(open_page, brie
 
 def test_paper_shows_every_plot_and_nothing_to_press(open_page, brief_file):
     page = open_page(file=brief_file, scheme="dark")
+    theme = page.locator("html")  # which follows with the next frame
     page.emulate_media(media="print")  # which alone has to do
+    assert until(page, lambda: theme.get_attribute("data-theme") == "light")
     drawn = page.evaluate("[...document.querySelectorAll('.plot')].map((one) => one.querySelectorAll('svg path').length)")
     assert len(drawn) >= 8 and min(drawn) > 6
-    assert (
-        page.locator("#plot-position .stage svg").is_visible() and page.locator("html").get_attribute("data-theme") == "light"
-    )
+    assert page.locator("#plot-position .stage svg").is_visible()
     assert not [one for one in ("#transport", "#controls", "#tabs", "#camera") if page.locator(one).is_visible()]
     assert page.locator("#summary").is_visible() and page.locator("#story").is_visible()
     assert page.locator(".more").count() and not page.locator(".more").first.is_visible()  # what it would open is shown
     assert page.locator(".claim .facts").first.is_visible()
     page.emulate_media(media="screen")
-    assert page.locator("#transport").is_visible() and page.locator("html").get_attribute("data-theme") == "dark"
+    assert page.locator("#transport").is_visible() and until(page, lambda: theme.get_attribute("data-theme") == "dark")
 
 
 def test_vehicle_is_drawn_as_it_is_turned(open_page):
