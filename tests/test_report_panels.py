@@ -11,7 +11,7 @@ from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing
 from quadstep.report.figures import draw
 from quadstep.report.panel import Panel
-from quadstep.report.panels import flight_jobs, jobs_to_draw, labels_of
+from quadstep.report.panels import flight_jobs, jobs_to_draw, labels_of, other_panels
 from quadstep.report.sheet import Sheet, sheet
 
 PAPER = {"path": {"type": "minimum-jerk", "end": [0.1, 0.0, 0.1], "duration": 0.5}}
@@ -37,6 +37,12 @@ def test_the_last_figure_shows_and_names_only_what_there_is(content, labels):
     assert last.caption.startswith("Largest values: rotor thrust, f")
     assert [panel.label for panel in last.panels] == labels
     assert last.caption.endswith(" Steady wind: 1.00\N{NO-BREAK SPACE}m/s along x.") == (content == REAL | WIND)
+
+
+def test_a_plant_of_ones_own_in_wind_needs_no_nets():
+    columns = {"t": "s", **dict.fromkeys(("x", "x_d"), "m"), "wind_x": "m/s"}
+    log = FlightLog(columns, np.array([[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 2.0]]), Outcome.COMPLETED, 1.0, None)
+    assert [panel.label for panel in other_panels(log)] == []  # of its wind it has no other axes
 
 
 def test_captions_say_where_a_flight_is_worst():

@@ -173,7 +173,7 @@ def other_panels(log: FlightLog) -> list[Panel]:
     Those that the log does not have are left out, and those with nothing to see: weights of a law without nets, a steady wind,
     an ideal battery; on a real vehicle filtered errors too, which only a law with nets defines there.
     """
-    defined = LEARNING in log.columns or bool(log.column("norm_W1").any())
+    defined = LEARNING in log.columns or ("norm_W1" in log.columns and bool(log.column("norm_W1").any()))
     drawn = (
         ("rotor thrust", "N", {name: name for name in rotor_columns(log.columns)}),
         ("wind", "m/s", {f"wind_{axis}": axis for axis in "xyz"}),
