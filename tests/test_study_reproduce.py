@@ -12,6 +12,7 @@ import pytest
 
 from quadstep import __version__
 from quadstep.report.units import rich, typed
+from quadstep.studies.paper.cases import case_title, main_cases
 from quadstep.vehicle.in_space import COLUMNS
 from tests import golden
 from tests.commands import ISSUE_COLUMNS, columns, files, strict_json
@@ -53,7 +54,7 @@ def test_it_ends_well_with_the_claims_table_and_the_place_of_the_report(run, cla
     assert done.code == 0, done.text
     assert done.text.startswith("Section 6 of the paper, claim by claim\n")
     assert f"Report: {out / 'report.html'}" in done.lines
-    assert "τψ at most" in done.text
+    assert "τψ is at most" in done.text
     kept = " ".join(done.text.split())
     assert f"Of {len(claims)} claims that the paper makes about its simulations, " in kept
     shown = re.sub(r"\s", "", done.text)
@@ -285,11 +286,13 @@ def test_the_report_holds_all_figures_and_tables(page, report, claims, metrics):
     assert [row[-1] for row in judged[1:]] == [claim["verdict"] for claim in claims]
     assert [row[2] for row in full[1:]] == [shown(claim["measured"]) for claim in claims]
     assert all(long[2].startswith(brief[1]) for brief, long in zip(judged[1:], full[1:], strict=True))
-    assert max(len(row[1]) for row in judged[1:]) < 150, "a line or two"
+    assert max(len(row[1]) for row in judged[1:]) < 170, "a line or two"
+    assert all(row[column].endswith(".") for table, column in ((judged, 1), (full, 2)) for row in table[1:]), "sentences"
+    assert report.index("Fig. 4:") < report.index('id="claims"'), "a figure before the table"
     failing = [place for place, claim in enumerate(claims, start=1) if claim["verdict"] == "fails"]
     assert f"{len(failing)} fail:" in report
     assert all(report.count(f"claim-{place}&quot;") + report.count(f'claim-{place}"') == 2 for place in failing), "link, row"
-    assert [row[0] for row in cases[1:]] == list(metrics["cases"])
+    assert [row[0] for row in cases[1:]] == [case_title(key, mission) for key, mission in main_cases().items()]
     assert len(starts) > 5
     assert [len(row) for row in stress] == [7] * 7
     assert [row[0] for row in chosen[1:]] == [shown(choice["what"]) for choice in metrics["choices"]]

@@ -215,7 +215,7 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Ma
         handles = legend(request, cells)
         if handles:
             beside = max(1, min(len(handles), 4, int(width / 1.7)))
-            figure.legend(handles=handles, loc="outside lower center", ncols=beside, handlelength=2.6, handleheight=1.6)
+            figure.legend(handles=handles, loc="outside lower left", ncols=beside, handlelength=2.6, handleheight=1.6)
         write(figure, path, sheet)
 
 

@@ -95,6 +95,11 @@ def main_cases() -> dict[str, LagrangeMission]:
     }
 
 
+def case_title(key: str, mission: LagrangeMission) -> str:
+    """What one of these is called, with its controller where two fly the same."""
+    return mission.name + {"case3_adaptive": ", adaptive", "case3_nested": ", nested [11]"}.get(key, "")
+
+
 def further_flights() -> dict[str, LagrangeMission]:
     """Flights that a claim needs besides the cases: with the nets switched off."""
     return {"case1 without nets": case_1(controller=adaptive(enabled=False)),

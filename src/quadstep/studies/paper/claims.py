@@ -35,7 +35,7 @@ def rest_at_the_end() -> Claim:
     return Claim(
         "rest at the end point",
         "This trajectory ensures that the velocities and accelerations at the end point are zero.",
-        f"at t_f: distance to the target {miss:g} m, speed {speed:g} m/s, acceleration {rate:g} m/s^2",
+        f"At t_f the distance to the target is {miss:g} m, the speed {speed:g} m/s and the acceleration {rate:g} m/s^2.",
         judge(max(miss, speed, rate) < 1e-12),
         {"distance[m]": miss, "speed[m/s]": speed, "acceleration[m/s^2]": rate},
     )
@@ -46,15 +46,15 @@ def stays_small(
 ) -> Claim:
     """That no largest error of Case 1 is above `most` thousandths of the unit. shown: in what errors are written."""
     errors = largest(study.cases["case1"], kind, unit)
-    said = ", ".join(f"{a} {shown[0] * e:.2g} {shown[1]}" for a, e in errors.items())
-    measured = f"largest error {said} (bound taken: {most} m{unit})"
+    said = units.listed([f"{shown[0] * e:.2g} {shown[1]} in {a}" for a, e in errors.items()])
+    measured = f"The largest error is {said}. The bound, {most} m{unit}, is our choice."
     return Claim(name, sentence, measured, judge(max(errors.values()) < 1e-3 * most), {f"largest_error[{unit}]": errors})
 
 
 def tracking(study: PaperStudy) -> Claim:
     """Case 1, Fig. 4."""
     sentence = "The tracking is almost perfect as well as the tracking errors are significantly small (Case 1)."
-    return stays_small(study, "position", "m", "near-perfect tracking", sentence, (1e6, "um"), 1)
+    return stays_small(study, "position", "m", "near-perfect tracking", sentence, (1e6, "µm"), 1)
 
 
 def compensation(study: PaperStudy) -> Claim:
@@ -75,9 +75,9 @@ def compensation(study: PaperStudy) -> Claim:
     return Claim(
         "nonlinearities compensated by the nets",
         "This is in spite of the unknown nonlinearities, which are effectively compensated by the neural networks (Case 1).",
-        f"Case 1 injects at most {disturbance:.1e} N and tracks to {1e6 * without:.0f} um RMSE with nets off, "
-        f"{1e6 * with_nets:.1f} um on, so Case 1 is no test of the nets. Faster flights at scale 1 do: nets cut the RMSE "
-        f"{min(ratios.values()):.0f} to {max(ratios.values()):.0f} times",
+        f"Case 1 is no test of the nets: its disturbance is at most {disturbance:.1e} N, and the RMSE is {1e6 * without:.0f} "
+        f"µm with nets off and {1e6 * with_nets:.1f} µm with nets on. In faster flights at scale 1, nets divide the RMSE by "
+        f"{min(ratios.values()):.0f} to {max(ratios.values()):.0f}.",
         ClaimVerdict.UNDECIDED,
         {"largest_disturbance[N]": disturbance, "rmse_nets_on[m]": with_nets, "rmse_nets_off[m]": without,
          "rmse_ratio_off_to_on": ratios},
@@ -95,12 +95,13 @@ def realisable(study: PaperStudy) -> Claim:
     m = study.cases["case1"]
     thrust, least = metric(m, "u", "largest[N]"), metric(m, "rotors", "least[N]")
     torque = max(metric(m, name, "largest[N m]") for name in ("tau_psi", "tau_theta", "tau_phi"))
-    sign = "never negative" if least >= 0.0 else "a rotor would have to pull"
+    sign = "no rotor has to pull" if least >= 0.0 else "a rotor would have to pull"
     return Claim(
         "inputs realisable",
         "Figure 6 describes the control input requirement which is very much realizable (Case 1).",
-        f"thrust at most {thrust:.2f} N (weight 9.81 N), torques at most {torque:.2f} N m, rotors "
-        f"{least:.2f} to {metric(m, 'rotors', 'largest[N]'):.2f} N at l = 0.25 m, c = 0.05 m (our choice): {sign}",
+        f"The thrust is at most {thrust:.2f} N (weight 9.81 N), torques are at most {torque:.2f} N m, and rotors give "
+        f"{least:.2f} to {metric(m, 'rotors', 'largest[N]'):.2f} N: {sign}. "
+        "The rotors' l = 0.25 m and c = 0.05 m are our choice.",
         judge(least >= 0.0 and thrust < 2.0 * 9.81),
         {"largest_thrust[N]": thrust, "largest_torque[N m]": torque, "rotors[N]": m["rotors"]},
     )
@@ -114,9 +115,9 @@ def no_yaw_torque(study: PaperStudy) -> Claim:
     return Claim(
         "tau_psi = 0",
         "The control requirement for yaw angle is tau_psi = 0 and it is seen from Fig. 6 (Case 1).",
-        f"tau_psi at most {yaw:.1e} N m, {100 * yaw / pitch:.2f} % of tau_theta (bound taken: 1 %, the scale of Fig. 6); "
-        f"after the first second, {100 * later[0] / later[1]:.0f} % of it. Not exactly zero: Eq. 67's third row and the "
-        "torque net act on yaw",
+        f"tau_psi is at most {yaw:.1e} N m, {100 * yaw / pitch:.2f} % of tau_theta. The bound, 1 %, is our choice, by the "
+        f"scale of Fig. 6. After the first second tau_psi is {100 * later[0] / later[1]:.0f} % of tau_theta. It is not "
+        "exactly zero, because Eq. 67's third row and the torque net act on yaw.",
         judge(yaw < 0.01 * pitch),
         {"largest_tau_psi[N m]": yaw, "largest_tau_theta[N m]": pitch, "share_after_1_s": float(later[0] / later[1])},
     )
@@ -130,7 +131,15 @@ def silent(metrics: Metrics, axes: str, torque: str, angle: str) -> dict[str, fl
 
 
 def values_text(values: dict[str, float]) -> str:
-    return ", ".join(f"{name.partition('[')[0]} {value:.1e} {name.partition('[')[2][:-1]}" for name, value in values.items())
+    return units.listed(
+        [f"{name.partition('[')[0]} {value:.2g} {name.partition('[')[2][:-1]}" for name, value in values.items()]
+    )
+
+
+def unmoved(*flights: dict[str, float]) -> str:
+    """That other axes hardly move, in a sentence."""
+    largest_value = max(value for values in flights for value in values.values())
+    return f"What should not move stays within {largest_value:.2g} (in m, N m and rad). The bound, 1e-6, is our choice."
 
 
 def decoupling_x(study: PaperStudy) -> Claim:
@@ -139,7 +148,7 @@ def decoupling_x(study: PaperStudy) -> Claim:
     return Claim(
         "decoupling in x",
         "The change in x does not make any influence on phi; tau_phi is almost zero; y and z are held (Case 2).",
-        "largest in the silent channels: " + values_text(values) + " (bound taken: 1e-6)",
+        f"{unmoved(values)} The largest values are {values_text(values)}.",
         judge(max(values.values()) < 1e-6),
         values,
     )
@@ -151,7 +160,7 @@ def decoupling_y_z(study: PaperStudy) -> Claim:
     return Claim(
         "decoupling in y and z",
         "Simulations for y and z separately yield similar plots that show excellent tracking with decoupling (Case 2).",
-        f"y alone: {values_text(y)}; z alone: {values_text(z)}",
+        f"{unmoved(y, z)} The largest values are {values_text(y)} when only y moves, and {values_text(z)} when only z moves.",
         judge(max(*y.values(), *z.values()) < 1e-6),
         {"y": y, "z": z},
     )
@@ -165,9 +174,9 @@ def wide_range(study: PaperStudy) -> Claim:
     return Claim(
         "a wide range of nonlinearities",
         "NN backstepping controller gives satisfactory results for a wide range of nonlinearities.",
-        "of the stress flights with nets "
-        + ", ".join(f"{count} of {len(STRESS_TIMES)} are lost at scale {scale:g}" for scale, count in by_scale.items())
-        + (f"; without nets the controller survives {' and '.join(hurt)}" if hurt else ""),
+        "Stress flights lost with nets: "
+        + units.listed([f"{count} of {len(STRESS_TIMES)} at scale {scale:g}" for scale, count in by_scale.items()])
+        + (f". Of these, completed without nets: {' and '.join(hurt)}." if hurt else "."),
         judge(not lost),
         {"diverged_by_scale": {f"{scale:g}": count for scale, count in by_scale.items()}, "nets_hurt": hurt},
     )
@@ -181,10 +190,14 @@ def neurons(study: PaperStudy) -> list[Claim]:
         median[flight] = {n: float(np.median(values)) for n, values in errors.items()}
     values = {flight: {str(n): value for n, value in by_count.items()} for flight, by_count in median.items()}
     measured = {
-        other: f"median RMSE over {len(SEEDS)} seeds, {other} against 10 neurons: "
-        + "; ".join(
-            f"{units.quantity(m[other], 'm')} against {units.quantity(m[10], 'm')} ({flight})" for flight, m in median.items()
+        other: f"With {other} neurons the median RMSE over {len(SEEDS)} seeds is "
+        + units.listed(
+            [
+                f"{units.quantity(m[other], 'm')} against {units.quantity(m[10], 'm')} with 10 ({flight})"
+                for flight, m in median.items()
+            ]
         )
+        + "."
         for other in (8, 12)
     }
     worse, no_better = all(m[8] > m[10] for m in median.values()), all(m[12] >= 0.99 * m[10] for m in median.values())

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from quadstep.metrics.registry import Metrics, metric
 from quadstep.metrics.statistics import finite
+from quadstep.report.units import listed
 from quadstep.studies.paper.cases import Claim, ClaimVerdict, PaperStudy, completed, judge
 
 
@@ -40,10 +41,12 @@ def over_starts(table: dict[str, str]) -> ClaimVerdict:
 
 def dependence(table: dict[str, str]) -> str:
     """How the verdict depends on start and gains, in a few words."""
-    counts = {answer: list(table.values()).count(answer) for answer in ("yes", "no", "equal")}
+    answers = list(table.values())
+    counts = {word: answers.count(answer) for answer, word in (("yes", "agree"), ("no", "disagree"), ("equal", "are equal"))}
     lost = len(table) - sum(counts.values())
-    shown = ", ".join(f"{count} {answer}" for answer, count in counts.items() if count)
-    return f"; in {len(table)} variations: {shown}" + (f", a controller lost in {lost}" if lost else "")
+    ended = [f"in {lost} a controller is lost"] if lost else []
+    shown = listed([*(f"{count} {word}" for word, count in counts.items() if count), *ended])
+    return f"; of {len(table)} variations of start and gains, {shown}."
 
 
 def compared(
@@ -61,7 +64,7 @@ def compared(
 def altitude(study: PaperStudy) -> Claim:
     """Case 3, Fig. 10."""
     sentence = "The controller proposed in this paper follows the trajectory z_d more accurately than that of [11] (Case 3)."
-    text = "RMSE in z {:.2g} mm against {:.2g} mm"
+    text = "The RMSE in z is {:.2g} mm, against {:.2g} mm"
     return compared(
         study, "better z tracking than [11]", sentence, lambda m: metric(m, "position", "z", "rmse[m]"), "m", text, 1e3
     )
@@ -74,7 +77,7 @@ def sideways(study: PaperStudy) -> Claim:
         return float(max(metric(m, "position", "x", "rmse[m]"), metric(m, "position", "y", "rmse[m]")))
 
     sentence = "NN backstepping controller also has less position error magnitude in x and y directions (Case 3)."
-    text = "larger RMSE of x and y {:.3f} m against {:.3f} m"
+    text = "The larger RMSE of x and y is {:.3f} m, against {:.3f} m"
     return compared(study, "smaller x and y error than [11]", sentence, miss, "m", text)
 
 
@@ -87,7 +90,7 @@ def settled(metrics: Metrics) -> float:
 def settling(study: PaperStudy) -> Claim:
     """Case 3, Fig. 11."""
     sentence = "The attitude stabilization occurs more quickly for the controller proposed in this paper (Case 3)."
-    text = "roll and pitch level to 5 mrad from {:.2f} s against {:.2f} s"
+    text = "Roll and pitch are level to 5 mrad from {:.2f} s, against {:.2f} s"
     return compared(study, "faster attitude settling than [11]", sentence, settled, "s", text)
 
 
@@ -96,8 +99,8 @@ def smoothness(study: PaperStudy) -> Claim:
     sentence = (
         "The thrust input shows the chattering due to the nested saturation controller; ours generates a smoother control."
     )
-    text = "total variation of u {:.2f} N against {:.2f} N"
-    more = "; [11]'s thrust law is a linear PD, so saturation cannot make it chatter"
+    text = "The total variation of u is {:.2f} N, against {:.2f} N"
+    more = " The thrust law of [11] is a linear PD, so saturation cannot make it chatter."
     return compared(
         study, "smoother thrust than [11]", sentence, lambda m: metric(m, "u", "total_variation[N]"), "N", text, more=more
     )
@@ -118,9 +121,8 @@ def transients(study: PaperStudy) -> Claim:
     return Claim(
         "larger early transients",
         "Initial variations in attitude and torque are higher for our controller than that in [11]; they vanish quickly.",
-        f"largest tilt {degrees(tilt):.0f}° against {degrees(tilt_old):.0f}°, torque {torque:.0f} N m against "
-        f"{torque_old:.1f}; gone after "
-        f"{vanished:.1f} s" + dependence(table),
+        f"The tilt reaches {degrees(tilt):.0f}°, against {degrees(tilt_old):.0f}°, and the torque {torque:.0f} N m, against "
+        f"{torque_old:.1f} N m{dependence(table)} Roll and pitch are level after {vanished:.1f} s.",
         over_starts(table) if vanished < 10.0 else ClaimVerdict.FAILS,
         {"tilt[rad]": [tilt, tilt_old], "torque[N m]": [torque, torque_old], "by_start": table},
     )
@@ -132,8 +134,9 @@ def transient_cause(study: PaperStudy) -> Claim:
     return Claim(
         "transients caused by the nets",
         "This is because of the transient phase of NN weights from their initial assigned values of zero.",
-        f"nets off: peaks of {degrees(tilt_off):.0f}° and {torque_off:.0f} N m, on: {degrees(tilt):.0f}° and "
-        f"{torque:.0f} N m. The nets add to the tilt; the torque comes from the start off the path and the gains",
+        f"With nets off, tilt and torque reach {degrees(tilt_off):.0f}° and {torque_off:.0f} N m, with nets on "
+        f"{degrees(tilt):.0f}° and {torque:.0f} N m. The nets add to the tilt; the torque comes from the start off the path "
+        "and the gains.",
         judge(tilt_off < 0.8 * tilt and torque_off < 0.8 * torque),
         {"nets_on": [tilt, torque], "nets_off": [tilt_off, torque_off]},
     )

@@ -22,6 +22,7 @@ from quadstep.studies.paper.cases import (
     STRESS_TIMES,
     PaperStudy,
     StudyPlans,
+    case_title,
     fly_study,
     further_flights,
     main_cases,
@@ -148,7 +149,7 @@ def flown_study(study: PaperStudy, plans: StudyPlans, claims: Sequence[ClaimView
         )  # fmt: skip
 
     for key, mission in main_cases().items():
-        title = mission.name + {"case3_adaptive": ", adaptive", "case3_nested": ", nested [11]"}.get(key, "")
+        title = case_title(key, mission)
         add(key.replace("_", "-"), title, CASES, mission, plans.cases[key], study.cases[key], study.logs[key])
     for key, mission in further_flights().items():
         name, title = key.replace(" ", "-"), key.replace("case", "Case ")

@@ -42,8 +42,10 @@ from quadstep.studies.paper.cases import (
     Logs,
     PaperStudy,
     case_1,
+    case_title,
     completed,
     fly_study,
+    main_cases,
     plan_study,
 )
 from quadstep.studies.paper.claims import Claim, ClaimVerdict, answer, check_claims
@@ -63,6 +65,8 @@ CAPTIONS = {
     12: "Comparison: input commands (Case 3)",
 }
 
+GLANCE = 4
+"""The figure at the top."""
 
 ROLL_AND_PITCH = ("phi", "theta")
 
@@ -235,7 +239,8 @@ def short(value: float) -> str:
 def case_rows(study: PaperStudy) -> list[list[str]]:
     """The cases: errors, settling and effort."""
     rows = []
-    for name, m in study.cases.items():
+    for key, mission in main_cases().items():
+        m = study.cases[key]
         errors = ", ".join(
             " / ".join(units.quantity(v[f"{which}[m]"], "m") for which in ("rmse", "largest"))
             for v in group(m, "position").values()
@@ -245,6 +250,7 @@ def case_rows(study: PaperStudy) -> list[list[str]]:
         torque = max(metric(m, f"tau_{a}", "largest[N m]") for a in ("psi", "theta", "phi"))
         weights = max(cast("dict[str, float]", m["largest_weight_norm"]).values())
         thrust, varied = metric(m, "u", "largest[N]"), metric(m, "u", "total_variation[N]")
+        name = case_title(key, mission)
         rows.append([name, errors, settling, f"{thrust:.2f} N", f"{varied:.2g} N", f"{short(torque)} N m", f"{weights:.2g}"])
     return rows
 
@@ -284,7 +290,7 @@ def anchor(place: int) -> str:
 
 def briefly(measured: str) -> str:
     """What decides, without what was measured besides."""
-    return re.split(r"; |\. (?=[A-Z])", measured, maxsplit=1)[0]
+    return re.split(r"(?<=\.) (?=[A-Z])", measured, maxsplit=1)[0]
 
 
 SOURCES = (
@@ -307,6 +313,7 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
     start_header = ["start; gains of [11]", *(claim.name for claim in compared)]
     starts = compared[0].values["by_start"]
     start_rows = [[start, *(claim.values["by_start"][start] for claim in compared)] for start in starts]
+    figures = {n: Figure(figure_name(n), f"Fig. {n}: {caption}") for n, caption in CAPTIONS.items()}
     judged = [(c.name, briefly(c.measured), (c.verdict, VERDICTS[c.verdict])) for c in claims]
     in_full = markup.table(("claim", "the paper's sentence", "measured"), [(c.name, c.sentence, c.measured) for c in claims])
     return Evidence(
@@ -316,6 +323,7 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
         sentences=[answer(claims)],
         record=study_metrics(study),
         facts=facts(study, claims),
+        figures=[figures[GLANCE]],
         sections=[
             *to_claims(claims),
             TableSection(text=SOURCES),
@@ -323,8 +331,8 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
             markup.heading("What the paper claims, and what was measured", "claims"),
             markup.table(("claim", "measured", "verdict"), judged, anchors=[*map(anchor, range(len(claims)))]),
             markup.disclosure("The paper's sentences, and all that was measured", in_full),
-            markup.heading("The paper's figures, flown again", "figures"),
-            *(Figure(figure_name(n), f"Fig. {n}: {caption}") for n, caption in CAPTIONS.items()),
+            markup.heading("The paper's other figures, flown again", "figures"),
+            *(figure for number, figure in figures.items() if number != GLANCE),
             TableSection("The cases in numbers", "cases", CASES_HEADER, case_rows(study)),
             TableSection("Case 3 from other starts and with other gains of [11]", "starts", start_header, start_rows,
                   "Whether each claim holds for the flight; the paper gives neither the start nor the gains."),
