@@ -191,7 +191,7 @@ def late_growth(rows: Numbers, _t: Numbers) -> list[float]:
 
     Steadily: the cube of the least ratio of root mean squares in successive eighths of the last four; 0 where the last is
     below `GROWTH_FLOOR` of the second entry. It is 1.5 for growth in proportion to time, and above 2 for faster than
-    quadratic. At once: the largest value of the last 64th divided by the largest of the first seven eighths, or by
+    t^1.62. At once: the largest value of the last 64th divided by the largest of the first seven eighths, or by
     `END_FLOOR` of the second entry if that is more; 0 where the last eighth has a larger one earlier, as after a late step.
     """
     count = len(rows)
