@@ -121,6 +121,7 @@ def test_an_exercise_is_not_solved_for_the_wrong_reason(name, tmp_path):
 
 
 MISTAKES = {
+    "1.4": ({"start.velocity": [0.035, 0.0, 0.0]}, "largest error along x should be at most 1.5 mm, but is 2.06 mm"),
     "3.4": (
         {"controller.Lambda1": 2.0, "controller.K_r1": 6.0},
         "RMSE along x should be at most 133 mm, but is 138 mm",
