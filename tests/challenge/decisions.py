@@ -9,13 +9,17 @@ from scipy.stats import norm
 
 from quadstep.metrics.statistics import exact_share
 from quadstep.studies.campaign.run import looks
-from quadstep.studies.comparison.ranking import CellFlights, compare, corrected
+from quadstep.studies.comparison.answer import answer
+from quadstep.studies.comparison.cells import Situation
+from quadstep.studies.comparison.entrants import Comparison, ranks, result
+from quadstep.studies.comparison.ranking import CellFlights
 from quadstep.studies.rare.cross_entropy import cross_entropy
 from quadstep.studies.rare.mixture import Points, Random
 from quadstep.studies.rare.summary import Crude, interval
 from tests.challenge.search import Search, covers
 
 METRIC = "position_rmse"
+METRICS = {METRIC: f"{METRIC}[m]"}
 
 
 def flown(errors: np.ndarray, lost: np.ndarray) -> CellFlights:
@@ -23,21 +27,23 @@ def flown(errors: np.ndarray, lost: np.ndarray) -> CellFlights:
 
 
 def equal_controllers(random: np.random.Generator) -> Iterator[bool]:
-    """Controllers that do not differ, in several situations: any pair that is decided is wrong."""
+    """Controllers that do not differ, in several situations: any pair that is decided, or said to be best, is wrong."""
     while True:
         situations, controllers, flights = (int(random.integers(*span)) for span in ((1, 5), (2, 6), (6, 80)))
-        found = []
-        for _ in range(situations):
+        cells: dict[Situation, dict[str, CellFlights]] = {}
+        for place in range(situations):
             gusts = np.exp(random.normal(size=flights))  # the same for all, and their own share of each
-            own = {
+            cells[Situation("", "", str(place))] = {
                 str(name): flown(gusts * np.exp(0.3 * random.normal(size=flights)), random.random(flights) < 0.05)
                 for name in range(controllers)
             }
-            found.append(compare(own, METRIC))
-        pairs = [pair for one in corrected(found) for pair in one.pairs]
+        ranked = ranks(cells, METRIC)
+        pairs = [pair for one in ranked.values() for pair in one.pairs]
         # Tracking and losses are a family of tests each.
         yield all(pair.winner is None for pair in pairs)
         yield all(pair.keeper is None for pair in pairs)
+        results = tuple(result(at, name, own, METRICS, None) for at, each in cells.items() for name, own in each.items())
+        yield "is best" not in answer(Comparison("", "", flights, 1, METRICS, tuple(cells), results, ranked))
 
 
 def looked_at(random: np.random.Generator) -> Iterator[bool]:

@@ -102,9 +102,10 @@ def numbered(results: Comparison, winners: Sequence[str]) -> str:
 
 
 def within(results: Comparison, situation: Situation) -> str:
-    """In which situation, without what all share, in quotes where it has a comma, and a blank."""
+    """In which situation, without what all share, in quotes where it is more than a word, and a blank."""
     parts = [part for place, part in enumerate(situation) if len({one[place] for one in results.ranked}) > 1]
-    return f"in {several([', '.join(filter(None, parts))])} " if parts else ""
+    name = ", ".join(filter(None, parts))
+    return "" if not parts else f"in '{name}' " if " " in name else f"in {name} "
 
 
 def median(results: Comparison, situation: Situation, name: str) -> str:

@@ -1,14 +1,14 @@
 """What a comparison has found, in words: what is decided, and what is not."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from quadstep.linear.grade import WORST_FIRST
 from quadstep.metrics.registry import at_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import FlightGrade
-from quadstep.report.units import counted, listed, prose
-from quadstep.studies.comparison.answer import SEVERAL, answer, negligible, nobody_flies_as_asked, several, unit_of
+from quadstep.report.units import counted, listed, metric, prose
+from quadstep.studies.comparison.answer import SEVERAL, answer, leading, negligible, several, unit_of
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.ranking import ALPHA, Ranked, by_chance, fewest
@@ -190,58 +190,38 @@ def searches(results: Comparison) -> str:
 
 
 def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str:
-    """Who is best in a situation, against whom that is decided, and who loses flights."""
+    """Who has the smallest median in a situation, against whom that is decided, and who loses flights."""
     results = {one.controller: one for one in found.of(situation)}
-    places = {
-        name: (one.spreads[found.metric].median.value, ranked.ranks[name], one.lost.value) for name, one in results.items()
-    }
-    best = min(results, key=lambda name: places[name])
+    best, losses = leading(found, situation)[0], lost_flights(results)
+    where = f"{situation.label}{' (tuned in)' if situation in found.tuned_in else ''}: " if situation.label else ""
+    if not best:
+        every = f"{where}{'every' if where else 'Every'} {found.kind} loses at least half of its flights"
+        return f"{every}; tracking is not compared. {losses}".strip()
+    middle, share, grade = results[best].spreads[found.metric].median, results[best].lost.value, results[best].grade
+    full, few = found.metrics[found.metric], math.isnan(middle.low) and not ranked.copies
+    places = {name: (one.spreads[found.metric].median.value, ranked.ranks[name]) for name, one in results.items()}
     tied = [name for name, place in places.items() if place == places[best]]
-    tuned, full = " (tuned in)" if situation in found.tuned_in else "", found.metrics[found.metric]
-    where = f"{situation.label}{tuned}: " if situation.label else ""
+    has, its, whose = ("has", "its", "its") if len(tied) == 1 else ("share", "their", f"{best}'s")
     unit = unit_of(full)
-    median = results[best].spreads[found.metric].median
-    if not math.isfinite(median.value):
-        text = (
-            f"{where}{'every' if where else 'Every'} {found.kind} loses at least half of its flights; tracking is not compared"
-        )
-        return f"{text}. {lost_flights(results)}".strip()
-    words = full.partition("[")[0].replace("_", " ").replace("rmse", "RMSE")
-    share = results[best].lost.value
-    who, has = ("each", "share") if len(tied) > 1 else ("it", "has")
-    loses = f", though {who} loses {end_percent(100.0 * share)} % of its flights," if share else ""
-    none = len(found.ranked) > 1 and len(results) > 1 and nobody_flies_as_asked(results.values())
-    nobody = f"no {found.kind} flies as asked: " if none else ""
-    text = f"{where}{nobody}{several(tied)}{loses} {has} the smallest median {words}, "
-    value = f"{unit.factor * median.value:.3g} {unit.name}"
+    value = f"{unit.factor * middle.value:.3g}" if few or ranked.copies else interval_text(middle, unit.factor)
+    loses = f", though {best if tied[1:] else 'it'} loses {end_percent(100.0 * share)} % of its flights," if share else ""
+    text = f"{where}{several(tied)}{loses} {has} the smallest median {metric(full)[0]}, {value} {unit.name}"
+    text += f" ({counted(found.seeds, 'flight')} are too few for an interval)" if few else ""
+    text += f", but in {whose} median flight, {listed(grade.reasons)}" if grade and grade.reasons else ""
     if ranked.copies:
-        text += (
-            f"{value}{falls_short(results, best, tied)}; {'their' if len(tied) > 1 else 'its'} {found.seeds} flights do not "
-            "differ, so nothing is statistical"
-        )
-        return f"{text}. {lost_flights(results)}".strip()
-    if math.isnan(median.low):
-        text += f"{value} ({counted(found.seeds, 'flight')} {'are' if found.seeds > 1 else 'is'} too few for an interval)"
-    else:
-        text += f"{interval_text(median, unit.factor)} {unit.name}"
-    text += falls_short(results, best, tied)
-    beaten: list[str] = []
-    better: list[str] = []
-    open_: list[str] = []
+        text += f"; {its} {found.seeds} flights do not differ, so nothing is statistical"
+    others: dict[str, list[str]] = {"significantly better": [], "not significantly better": [], "flight by flight worse": []}
     for pair in ranked.pairs:
-        if best in (pair.first, pair.second):
-            other = pair.second if pair.first == best else pair.first
-            if other in tied:
-                continue
+        other = pair.second if pair.first == best else pair.first
+        if best in pair[:2] and other not in tied and not ranked.copies:
+            how = "not significantly better" if pair.winner is None else "significantly better"
+            how = "flight by flight worse" if pair.winner == other else how
             slight = f" (by less than {100.0 * NEGLIGIBLE:g} %)" if negligible(found, situation, pair) else ""
-            (open_ if pair.winner is None else beaten if pair.winner == best else better).append(f"{other}{slight}")
-    if beaten:
-        text += f"; significantly better than {'all others' if len(beaten) == len(results) - 1 > 1 else several(beaten)}"
-    if open_:
-        text += f"; not significantly better than {several(open_)}"
-    if better:
-        text += f"; flight by flight {several(better)} {'is' if len(better) == 1 else 'are'} better"
-    return f"{text}. {lost_flights(results)}".strip()
+            others[how].append(f"{other}{slight}")
+    for how, names in others.items():
+        whom = "all others" if len(names) == len(results) - 1 > 1 else several(names)
+        text += f"; {how} than {whom}" if names else ""
+    return f"{text}. {losses}".strip()
 
 
 def fall_short(results: Sequence[SituationResult], metric: str, whose: str) -> str:
@@ -257,13 +237,6 @@ def fall_short(results: Sequence[SituationResult], metric: str, whose: str) -> s
         where = "worst of those it completes" if lost else "worst"
         text += f", {where} in {worst.situation.label}: {listed(worst.grade.reasons if worst.grade else ())}"
     return text
-
-
-def falls_short(results: Mapping[str, SituationResult], best: str, tied: Sequence[str]) -> str:
-    """Why the median flight of the best is not as asked, to follow its error."""
-    grade = results[best].grade
-    whose = "its median flight" if len(tied) == 1 else f"the median flight of {best}"
-    return f", but in {whose}, {listed(grade.reasons)}" if grade and grade.reasons else ""
 
 
 def lost_flights(results: dict[str, SituationResult]) -> str:
