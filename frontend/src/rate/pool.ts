@@ -6,7 +6,7 @@ import { lawCode } from "../data/page";
 import { bytes, doubles } from "../data/packed";
 import { type Done, type Job, type Setup, work } from "./worker";
 
-const PORTION = 40; // flights
+const PORTION = 16; // flights: two vectors of either kind of number, and no worker waits long for another
 const MOST_WORKERS = 4;
 
 /** What a setting flies with. */
