@@ -1,5 +1,6 @@
 """Sphinx's settings. The source is what `docs.site.writing` makes; nothing is fetched from a network."""
 
+import re
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ import quadstep
 from quadstep.report import markup
 from quadstep.report.markup import FONTS
 from quadstep.report.mathml import CLOSING, displayed, in_line
+from quadstep.report.units import numerals, prose
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -25,7 +27,7 @@ myst_heading_anchors = 4
 myst_enable_extensions = ["colon_fence", "dollarmath"]
 html_math_renderer = "mathml"
 highlight_language = "text"
-smartquotes = False  # it makes a dash of the two hyphens of an option
+smartquotes_action = "qe"  # quotes and dots; with "D" it would make a dash of the two hyphens of an option
 suppress_warnings = ["misc.highlighting_failure"]  # a frame of a law with dots in it is no Python
 
 here = Path(__file__).parent
@@ -63,6 +65,18 @@ html_theme_options = {
 }
 
 
+TYPEWRITTEN = nodes.literal, nodes.FixedTextElement, nodes.math, nodes.raw
+"""Of whose text no character is changed."""
+
+
+def set_numbers(_app: "Sphinx", tree: nodes.document) -> None:
+    """Minus, powers and units in text as they are set in figures and reports; code stays as it is."""
+    for text in [one for one in tree.findall(nodes.Text) if not isinstance(one.parent, TYPEWRITTEN)]:
+        changed = re.sub(r"(?<![\w)\]-])-(?=[xyz]\b)", "−", numerals(prose(text.astext())))
+        if changed != text.astext():
+            text.parent.replace(text, nodes.Text(changed))
+
+
 def put_inline(translator: "HTML5Translator", node: nodes.math) -> None:
     """A formula in a line of text."""
     translator.body.append(in_line(node.astext(), escape(node.get("after", ""))))
@@ -86,5 +100,6 @@ def put_displayed(translator: "HTML5Translator", node: nodes.math_block) -> None
 
 def setup(app: "Sphinx") -> None:
     """Formulas by quadstep's own MathML (docs/decisions/0019), as in reports and the article; no script, no font to load."""
+    app.connect("doctree-read", set_numbers, priority=100)  # before titles are collected
     app.connect("doctree-resolved", hold_punctuation)
     app.add_html_math_renderer("mathml", (put_inline, None), (put_displayed, None))

@@ -112,7 +112,7 @@ def prose(text: str) -> str:
     """Minus, plus or minus, roots, micro and powers as such."""
     text = re.sub(r"\+-(?=[ \d])", "±", re.sub(r"\bsqrt\((?:(\w+)\))?", lambda match: f"√{match[1] or '('}", text))
     text = re.sub(r"(?<=\d )u(?=(?:m|rad|N|J|W)\b)", "µ", text).replace(" - ", " − ")
-    return re.sub(r"\^(-?\d)\b", lambda match: match[1].translate(POWERS), text)
+    return re.sub(r"\^(-?\d+)\b(?!\.\d)", lambda match: match[1].translate(POWERS), text)
 
 
 def power_of_ten(exponent: int) -> str:
