@@ -1,5 +1,6 @@
 """The parts of a certificate: history, L and its rate, ideal weights, conditions, bounds, verdict, and what is refused."""
 
+import re
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -18,11 +19,11 @@ from quadstep.numbers import Vector, vector, where
 from quadstep.proofs.certify.certificate import certify_plan, check_path, error_radius, weight_radius
 from quadstep.proofs.certify.history import fit_all, recall, residual_bound, targets, weight_bound
 from quadstep.proofs.certify.lyapunov import conditions, matrices
-from quadstep.proofs.certify.output import kind, record, verdict
+from quadstep.proofs.certify.output import answer, kind, record, verdict
 from quadstep.proofs.plain import dot, lengths
 from quadstep.vehicle.paper import acceleration, derivative, disturb
 from quadstep.world.paths import MinimumJerk
-from tests.certificates import LINE, plan
+from tests.certificates import LINE, plan, still
 
 UNEQUAL = {"mass": 1.3, "inertia": [4.0, 5.0, 6.0]}
 OFF = {"position": [0.2, -0.1, 0.0], "attitude": [0.1, 0.05, -0.1]}
@@ -199,13 +200,6 @@ def test_the_coupling_bound_is_where_the_form_stops_being_positive_definite():
     assert "coupling" in k.broken()[0]
 
 
-def still(**sections):
-    """Hover on the spot, with gains for which a yaw error is outside b_r: large K_r1, small Lambda2, no nets."""
-    controller = {"K_r1": 300.0, "Lambda2": 1.0, "nets": {"enabled": False}}
-    path = {"type": "minimum-jerk", "end": [0.0, 0.0, 0.0], "duration": 4.0}
-    return plan(path=path, controller=controller, disturbance={"scale": 0.0}, **sections)
-
-
 def test_a_flight_that_starts_outside_b_r_and_falls_there_is_sign_consistent():
     c = certify_plan(still(start={"attitude": [0.5, 0.0, 0.0]}))
     assert kind(c) == "sign consistent"
@@ -226,6 +220,15 @@ def test_a_flight_that_enters_the_ball_and_leaves_it_again_is_told_so():
         "was last outside at",
     ):
         assert needed in verdict(c)
+
+
+def test_an_error_that_leaps_over_the_ball_within_a_control_period_is_no_agreement():
+    slow = {"duration": 3.0, "step": 0.002, "control_period": 0.1}  # K_r2 period / J is 2: r2 changes its sign each time
+    c = certify_plan(still({"K_r2": 100.0}, start={"attitude": [0.5, 0.0, 0.0]}, simulation=slow))
+    assert (c.lyapunov.rate[c.outside] < 0.0).all()
+    assert kind(c) == "rising between samples"
+    assert "neither confirms nor refutes" in answer(c)
+    assert re.search(r"L rose in \d+ of the 30 periods", verdict(c))
 
 
 def test_rising_outside_b_r_is_said_with_its_share():

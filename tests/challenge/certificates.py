@@ -1,4 +1,4 @@
-"""`prove --check` on tampered certificates: what it confirms is flown, and no flight breaks it."""
+"""Certificates: what `prove --check` confirms of tampered ones is flown, and where `certify` says that L fell, it did."""
 
 import copy
 import tempfile
@@ -11,10 +11,13 @@ import numpy as np
 from quadstep.io.documents import parse_toml
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
+from quadstep.proofs.certify.certificate import certify_plan
+from quadstep.proofs.certify.output import kind
 from quadstep.proofs.prove.certificate_file import read_unknown
 from quadstep.proofs.prove.report import VerdictKind
 from quadstep.proofs.prove.run import check
 from quadstep.proofs.prove.sampled import SampledLoop
+from tests.certificates import still
 from tests.challenge.search import Attempt, Search
 from tests.planar_proofs import SET, TUBE, forged, proved
 from tests.started import begun, flown
@@ -174,4 +177,25 @@ def tampered(seed: int) -> Iterable[Attempt]:
             yield Attempt(broken(content, folder) if confirmed else 0.0, "; ".join(said))
 
 
-SEARCHES = [Search("tampered certificates", "a claim that the independent check confirms holds for every flight", tampered)]
+def falling(seed: int) -> Iterable[Attempt]:
+    """|r| outside the ball, without nets: L is m |r1|^2 / 2 + r2^T J r2 / 2 and the integrals, and must not rise."""
+    random = np.random.default_rng(seed)
+    while True:
+        period, gain = 0.002 * int(random.integers(1, 60)), float(random.uniform(20.0, 160.0))
+        slope, yaw = float(random.uniform(0.3, 1.2)), float(random.uniform(-2.0, 2.0))
+        times = {"duration": 3.0, "step": 0.002, "control_period": period}
+        law, start = {"K_r2": gain, "Lambda2": slope}, {"attitude": [yaw, 0.0, 0.0]}
+        try:
+            c = certify_plan(still(law, start=start, simulation=times))
+        except UserError:
+            continue
+        level = c.lyapunov.of_errors + c.lyapunov.of_integrals
+        rose = bool((np.diff(level)[c.outside[:-1] & c.outside[1:]] >= 0.0).any())
+        case = f"control period {period:g} s, K_r2 {gain:.3g}, Lambda2 {slope:.3g}, yaw {yaw:.3g}: {kind(c)}"
+        yield Attempt(2.0 * (kind(c) == "sign consistent" and rose), case)
+
+
+SEARCHES = [
+    Search("tampered certificates", "a claim that the independent check confirms holds for every flight", tampered),
+    Search("L fell where it should", "a flight that agrees with Theorem 5.1 never raises L outside the ball", falling),
+]

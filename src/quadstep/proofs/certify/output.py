@@ -13,14 +13,21 @@ from quadstep.report import units
 
 
 def kind(c: FlightCertificate) -> str:
-    """lost, conditions broken, untested, sign consistent or contradicted."""
+    """lost, conditions broken, untested, sign consistent, rising between samples or contradicted."""
     if c.outcome is not Outcome.COMPLETED:
         return "lost"
     if c.conditions.broken():
         return "conditions broken"
     if not c.outside.any():
         return "untested"
-    return "sign consistent" if (c.lyapunov.rate[c.outside] < 0.0).all() else "contradicted"
+    if (c.lyapunov.rate[c.outside] >= 0.0).any():
+        return "contradicted"
+    return "rising between samples" if (periods_outside(c) >= 0.0).any() else "sign consistent"
+
+
+def periods_outside(c: FlightCertificate) -> Array:
+    """(L_next - L) / period of the control periods that begin and end outside b_r [W]."""
+    return c.lyapunov.differenced[c.outside[:-1] & c.outside[1:]]
 
 
 def margins(c: FlightCertificate) -> str:
@@ -50,6 +57,8 @@ ANSWERS = {
     "untested": "This flight neither confirms nor refutes Theorem 5.1: its conditions hold, and the error never left the ball "
     "outside which L should fall",
     "sign consistent": "This flight agrees with Theorem 5.1: its conditions hold, and L fell at every sample where it should",
+    "rising between samples": "This flight neither confirms nor refutes Theorem 5.1: its conditions hold, and L_dot is "
+    "negative wherever it should be, but a command is held for a control period, in which the error can leap over the ball",
     "contradicted": "This flight contradicts the proof of Theorem 5.1: its conditions hold, yet L rose where it should fall",
 }
 """What a verdict means, by its kind."""
@@ -59,6 +68,8 @@ def answer(c: FlightCertificate) -> str:
     """What a reader wants to know first, in a sentence; everything else is in the verdict."""
     if kind(c) == "sign consistent":
         return f"{ANSWERS[kind(c)]} ({c.outside.sum()} of {len(c.outside)}). {raised_by(c)}"
+    if kind(c) == "rising between samples":
+        return f"{ANSWERS[kind(c)]}: {rises(c)}."
     if kind(c) != "lost":
         return f"{ANSWERS[kind(c)]}. {raised_by(c)}"
     ended, found = f"The flight was lost at {c.ended:.4g} s", c.conditions.broken()
@@ -68,6 +79,12 @@ def answer(c: FlightCertificate) -> str:
     if not found:
         return f"{ended} although the conditions of Theorem 5.1 hold, as printed and corrected. {rest}"
     return f"{ended} although the printed conditions of Theorem 5.1 hold. Broken on this flight: {'; '.join(found)}. {rest}"
+
+
+def rises(c: FlightCertificate) -> str:
+    """How often L rose from sample to sample although its rate was negative at each."""
+    between = periods_outside(c)
+    return f"L rose in {(between >= 0.0).sum()} of the {len(between)} periods that begin and end outside it"
 
 
 def until(c: FlightCertificate) -> str:
@@ -97,6 +114,8 @@ def verdict(c: FlightCertificate) -> str:
     if what == "sign consistent":
         falls = f"L_dot < 0 on all {count} samples outside b_r = {c.b_r:.4g}"
         return f"sign consistent on this flight: {margins(c)}; {falls}; {behaviour_after_entry(c)}"
+    if what == "rising between samples":
+        return f"conditions hold ({margins(c)}) and L_dot < 0 on all {count} samples outside b_r = {c.b_r:.4g}, but {rises(c)}"
     rising = 100.0 * float(np.mean(c.lyapunov.rate[c.outside] >= 0.0))
     return f"conditions hold ({margins(c)}), but L_dot >= 0 on {rising:.3g} % of the {count} samples outside b_r = {c.b_r:.4g}"
 

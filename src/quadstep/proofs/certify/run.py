@@ -107,6 +107,7 @@ WITH_VERDICT = {
     "conditions broken": "which Theorem 5.1 needs",
     "untested": "|r| never left the ball",
     "sign consistent": "L fell wherever it should",
+    "rising between samples": "the control period is too long",
     "contradicted": "L rose where it should fall",
 }
 """What is said below a verdict, by its kind; of a lost flight by its conditions."""
