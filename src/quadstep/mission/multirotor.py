@@ -152,7 +152,7 @@ class AirframeStart(Section):
     position: Annotated[Triple | None, Quantity("m", "default: the path's")] = None
     velocity: Annotated[Triple | None, Quantity("m/s", "default: the path's")] = None
     attitude: Annotated[Angles | None, Quantity("rad", "yaw, pitch, roll; default: the path's heading, level")] = None
-    rates: Annotated[Triple, Quantity("rad/s", "rates about the body axes")] = (0.0, 0.0, 0.0)
+    rates: Annotated[Triple, Quantity("rad/s", "roll, pitch, yaw about the body axes (p, q, r)")] = (0.0, 0.0, 0.0)
     hovering: Annotated[bool, Quantity("", "whether rotors start at hover speed; false: at idle")] = True
 
     def state(self, vehicle: BuiltAirframe, reference: Reference, moving: bool) -> AirframeState:

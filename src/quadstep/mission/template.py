@@ -127,7 +127,7 @@ CONTROLLER
 # position = [0.0, 0.0, 3.0]   # m
 # velocity = [0.0, 0.0, 0.0]   # m/s
 # attitude = [0.0, 0.0, 0.0]   # yaw, pitch, roll [rad]
-# rates = [0.0, 0.0, 0.0]      # about the body axes [rad/s]
+# rates = [0.0, 0.0, 0.0]      # about the body axes: roll, pitch, yaw [rad/s]
 # hovering = true              # rotors start at hover speed; false: at idle
 
 [wind]                      # world axes [m/s]
