@@ -319,10 +319,12 @@ def test_keys_say_unit_range_and_default():
     assert " | a number from 3 to 305 | m | `6.096` |" in text
     assert ' | `"standard"`, `"printed"`, `"rigid"` |  | `"standard"` |' in text
     assert re.search(
-        r"^\| `k_x` \| stiffness of .* \| one number or three numbers above 0 \| 1/s\^2 \| scaled to the vehicle \|$",
+        r"^\| `k_x` \| stiffness of .* \| one number or three numbers above 0 \| 1/s\^2 \| `14.61` \(x500\) \|$",
         text,
         re.M,
     )
+    assert re.search(r"^\| `mass` \| value assumed .* \| the vehicle's \|$", text, re.M)
+    assert "### rotation-backstepping: nets" in text
     assert "| `controller` | the control law | one of the tables " in text
     assert "the paper's disturbance (Eq. 67), plus" in text
 

@@ -3,6 +3,7 @@
 import re
 import types
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
@@ -16,14 +17,16 @@ from quadstep.control.registry import controllers
 from quadstep.identify.datasheet import Datasheet
 from quadstep.identify.logs.mapping import Mapping
 from quadstep.interfaces.controller import Measured
+from quadstep.interfaces.gain import BELIEVED_UNITS
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.declared import declared_kind
-from quadstep.mission.derived import ControllerSection, NetsSection, section_of
+from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.distributions import Choice, CorrelatedKeys, Grid, LogNormal, Normal, Sobol, Uniform
 from quadstep.mission.fields import Quantity, Section, as_diagonal, non_negative, positive
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.schema import Mission
+from quadstep.mission.template import template
 from quadstep.studies.campaign.schema import CampaignFile
 from quadstep.studies.comparison.schema import StudyFile
 
@@ -57,7 +60,8 @@ FILES = {
     "mission-path": File("Paths in mission files", "The keys of a mission's `[path]`, for each `type`.", MISSIONS),
     "mission-controller": File(
         "Controllers in mission files",
-        "The keys of a mission's `[controller]`, for each `type` (docs/controllers.md, docs/reference/mission-autopilot.md).",
+        "The keys of a mission's `[controller]`, for each `type` (docs/controllers.md, docs/reference/mission-autopilot.md). A default "
+        "followed by a vehicle is scaled to the vehicle that flies; the number is that vehicle's, as `quadstep new` writes it.",
         MISSIONS,
     ),
     "mission-autopilot": File(
@@ -210,13 +214,40 @@ def anchor(model: Model) -> str:
     return model.__name__.lower()
 
 
-def default_of(field: FieldInfo, model: Model) -> str:
+@cache
+def laws() -> dict[Model, tuple[str | None, str]]:
+    """The table of every controller and that of its nets: the vehicle that has its defaults (None: the paper's), and its type."""
+    found: dict[Model, tuple[str | None, str]] = {}
+    for vehicle, mission in zip(("x500", None, "planar"), MISSIONS.values(), strict=True):
+        for law in tables_in(mission(), mission().model_fields["controller"]):
+            nets = models_in(law.model_fields["nets"].annotation) if "nets" in law.model_fields else []
+            found |= dict.fromkeys((law, *nets), (vehicle, kind_name(law)))
+    return found
+
+
+@cache
+def scaled(vehicle: str | None, kind: str) -> dict[str, str]:
+    """The defaults of a controller's keys on a vehicle, as `quadstep new` writes them."""
+    text = re.split(
+        r"^\[(?!controller)", template(vehicle, kind).partition("\n[controller]")[2], maxsplit=1, flags=re.MULTILINE
+    )
+    return dict(re.findall(r"^# (\w+) = (.+?) +#", text[0], re.MULTILINE))
+
+
+def default_of(name: str, field: FieldInfo, model: Model) -> str:
     """A default as TOML, or in words."""
     if field.is_required():
         return "needed"
     value = field.get_default(call_default_factory=True)
-    if value is None and issubclass(model, ControllerSection | NetsSection) and "weights.json" not in str(field.metadata):
-        return "scaled to the vehicle"
+    if value is None and model in laws() and name in BELIEVED_UNITS:
+        return "the vehicle's"
+    if (
+        value is None
+        and model in laws()
+        and name in (numbers := scaled(*laws()[model]))
+        and name not in ("weights", "parameters")
+    ):
+        return f"{code(numbers[name])} ({laws()[model][0] or 'the paper'})"
     if isinstance(value, BaseModel):
         return code(getattr(value, "type", ""))
     return "" if value in (None, (), {}, "") else code(written(value))
@@ -243,7 +274,7 @@ def keys(model: Model) -> Iterator[Key]:
             whole = f"one of the tables {', '.join(f'[{kind_name(one)}](#{anchor(one)})' for one in inner)}"
         text = MEANINGS.get(name) or (f"the firmware's parameters `{name}`" if inner else "")
         meaning = note.meaning or (summary(inner[0]) if len(inner) == 1 else "") or text
-        yield Key(name, whole, note.unit if note.unit != "-" else "", default_of(field, model), meaning)
+        yield Key(name, whole, note.unit if note.unit != "-" else "", default_of(name, field, model), meaning)
 
 
 def below(model: Model, path: str, page: str, seen: dict[Model, str]) -> None:
@@ -260,6 +291,8 @@ def below(model: Model, path: str, page: str, seen: dict[Model, str]) -> None:
 def heading(model: Model, path: str) -> str:
     """Of a table."""
     kind = kind_name(model)
+    if path.startswith("controller") and model in laws():
+        return laws()[model][1] + (f": {path.rpartition('.')[2]}" if kind == "a table" else "")
     shown = f"[[{path[:-2]}]]" if path.endswith("[]") else f"[{path}]"
     return f"`{shown}`" + (f', type = "{kind}"' if kind != "a table" else "")
 
