@@ -60,8 +60,8 @@ FILES = {
     "mission-path": File("Paths in mission files", "The keys of a mission's `[path]`, for each `type`.", MISSIONS),
     "mission-controller": File(
         "Controllers in mission files",
-        "The keys of a mission's `[controller]`, for each `type` (docs/controllers.md, docs/reference/mission-autopilot.md). A default "
-        "followed by a vehicle is scaled to the vehicle that flies; the number is that vehicle's, as `quadstep new` writes it.",
+        "The keys of a mission's `[controller]`, for each `type` (docs/controllers.md, docs/reference/mission-autopilot.md). "
+        "A default that names a vehicle is scaled to the one that flies; its number is for that one, as in `quadstep new`.",
         MISSIONS,
     ),
     "mission-autopilot": File(
@@ -216,7 +216,7 @@ def anchor(model: Model) -> str:
 
 @cache
 def laws() -> dict[Model, tuple[str | None, str]]:
-    """The table of every controller and that of its nets: the vehicle that has its defaults (None: the paper's), and its type."""
+    """The tables of every controller and of its nets: the vehicle that has its defaults (None: the paper's), and its type."""
     found: dict[Model, tuple[str | None, str]] = {}
     for vehicle, mission in zip(("x500", None, "planar"), MISSIONS.values(), strict=True):
         for law in tables_in(mission(), mission().model_fields["controller"]):
