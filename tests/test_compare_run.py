@@ -80,7 +80,7 @@ position_noise = 0.005
 def done(tmp_path_factory):
     """The command run once, with tuning and a margin."""
     folder = tmp_path_factory.mktemp("compare")
-    file = written(folder, SMALL + TUNING.replace("repeats = 1", "repeats = 2") + MARGIN)
+    file = written(folder, SMALL + TUNING.replace("repeats = 1", "repeats = 2").replace("4500", "2500") + MARGIN)
     with pytest.MonkeyPatch.context() as patch:
         studies_in_this_process(patch)
         return quadstep("compare", file, "--out", folder / "out"), folder / "out", file
@@ -188,7 +188,7 @@ def test_margins_and_costs_are_there(done):
     ):
         assert text in report
     tuned = next(one for one in found["controllers"] if one["controller"] == "PID")["tuned"]
-    assert tuned["flights"] <= 4500
+    assert tuned["flights"] <= 2500
     assert tuned["tuned"] == 2
 
 

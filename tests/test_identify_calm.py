@@ -25,6 +25,8 @@ from tests.challenge.identified import off
 from tests.independent_flights import cases
 from tests.made_flights import MAPPING, table, write
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 
 def test_what_a_calm_circle_does_not_determine_is_refused_and_the_vehicle_and_its_missions_say_so(tmp_path):
     found = identify([logged("x500", "circle", 1, 15.0)], start("x500"), lambda _: None, predictors=False)
