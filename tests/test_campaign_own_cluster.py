@@ -55,7 +55,7 @@ LOOPBACK = {"0100007F", "0000000000000000FFFF00000100007F", "0000000000000000000
 
 
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux's /proc")
-@pytest.mark.parametrize("number", [pytest.param(signal.SIGTERM, marks=pytest.mark.thorough), signal.SIGKILL])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
 def test_nobody_else_reaches_it_and_it_ends_with_its_driver(tmp_path, number):
     path, out = written(tmp_path, MASS, LONG, "chunk = 500\n"), tmp_path / "out"
     driver = started(path, out, "--engine", "ray", "--flights", 10**7)
