@@ -63,8 +63,8 @@ class Evidence(NamedTuple):
     terminal, or `opening`, which says the grade too, above the tables. record: everything measured, as JSON can hold it.
     figures: at the top; sections: below them. paper: a table of LaTeX. cases: the points on which it is judged. more:
     paragraphs below the answer. warnings: what speaks against it. grade: "grade" and "why" of the loop at rest, if known;
-    whose: which loop that is. commands: lines for the terminal with something to copy. fold: anchors of the sections that only
-    a specialist reads.
+    told: whether a sentence has it already; whose: which loop that is. commands: lines for the terminal with something to
+    copy. fold: anchors of the sections that only a specialist reads.
     """
 
     name: str
@@ -80,6 +80,7 @@ class Evidence(NamedTuple):
     more: Sequence[str] = ()
     warnings: Sequence[str] = ()
     grade: Mapping[str, str] = {}
+    told: bool = False
     whose: str = WRITTEN
     commands: Sequence[str] = ()
     opening: str = ""
@@ -87,8 +88,8 @@ class Evidence(NamedTuple):
 
     @property
     def graded(self) -> list[str]:
-        """The grade as a sentence, if it is known."""
-        return at_rest_sentences(self.grade, self.whose)
+        """The grade as a sentence, if it is known and not told."""
+        return [] if self.told else at_rest_sentences(self.grade, self.whose)
 
     @property
     def lines(self) -> list[str]:

@@ -73,7 +73,8 @@ def caution(present: Mapping[str, str], tuned: Mapping[str, str]) -> str:
     before, after = (one.get("grade", UNKNOWN) for one in (present, tuned))
     if after != UNSTABLE and WORST_FIRST.index(after) >= WORST_FIRST.index(before):
         return ""
-    said = f"{after} (ask `quadstep linear`)" if after == UNKNOWN else after
+    why = "ask `quadstep linear`" if after == UNKNOWN else tuned.get("why", "")
+    said = f"{after} ({why})" if why else after
     return f"Before you fly them: at rest the loop with the tuned gains is {said}; with the present gains it is {before}."
 
 
@@ -160,7 +161,8 @@ def move(one: Row, alone: bool) -> str:
     ):
         return ""
     words, unit = units.metric(one.name)
-    before, after = (units.quantity(each.value, unit).replace("\N{NO-BREAK SPACE}", " ") for each in (one.present, one.tuned))
+    both = units.in_one_unit([(each.value, math.nan, math.nan) for each in (one.present, one.tuned)], unit)
+    before, after = (each.replace("\N{NO-BREAK SPACE}", " ") for each in both)
     mean = "" if alone else "mean "
     return f" The {mean}{words} {'rises' if sign > 0 else 'falls'} from {before} to {after}."
 
