@@ -395,7 +395,7 @@ def test_the_report_says_what_was_found_and_what_is_left(tmp_path, flights, trut
     pages.write_identification(tmp_path / "r.html", told, run, flights[:1], start())
     text = (tmp_path / "r.html").read_text()
     for words in (
-        "rotor rise time",
+        "rotor rise time, <code>rotor.rise_time</code>",
         "the reason",
         "No flight was held out",
         "made0",

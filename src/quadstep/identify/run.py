@@ -230,10 +230,10 @@ def facts(run: Identification) -> list[markup.Fact]:
 
 def fitted(fit: Identified) -> TableSection:
     rows = [
-        (in_words(key), f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, one.source)
+        (f"{in_words(key)}, `{key}`", f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, one.source)
         for key, one in fit.fitted.items()
     ]
-    header = ("", "value", "95 % interval", "unit", "from")
+    header = ("parameter, key", "value", "95 % interval", "unit", "from")
     return TableSection("Identified parameters", "found", header, rows, shown="Identified")
 
 
