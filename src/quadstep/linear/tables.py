@@ -17,7 +17,7 @@ from quadstep.linear.modes import Pole
 from quadstep.linear.states import Array, Channel, short
 from quadstep.linear.transfer import Complex
 from quadstep.metrics.registry import at_rest
-from quadstep.report.axes import CLEAR, Powers, plain
+from quadstep.report.axes import CLEAR, Powers, crossed, plain
 from quadstep.report.canvas import LETTER, LINES, drawing, margins, new_figure, write
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import listed
@@ -238,20 +238,15 @@ def whole_turns(phase: Array) -> Array:
 def mark(axes: Axes, place: int, at: float, line: float, end: float, text: str) -> None:
     """A margin: from the line to a curve, with its number beside it where the fewest curves are."""
     color, middle = LINES[place]["color"], 0.5 * (line + end)
-    curves = [axes.transData.transform(np.asarray(one.get_xydata())) for one in axes.lines if np.size(one.get_xdata()) > 2]
     x, y = axes.transData.transform((at, middle))
     point = axes.figure.dpi / 72.0
     wide, high = (size * rcParams["font.size"] * point for size in (LETTER * len(text), 1.2))
 
-    def crossed(aside: float, up: float) -> int:
-        """How much of the curves is behind a number there."""
-        left = x + aside * point - (wide if aside < 0.0 else 0.0)
-        across = np.linspace(left, left + wide, 20)
-        return sum(int((np.abs(np.interp(across, *one.T) - y - up * point) < 0.5 * high).sum()) for one in curves)
+    def behind(place: tuple[float, float]) -> int:
+        near, low = x + place[0] * point, y + place[1] * point - 0.5 * high
+        return crossed(axes, np.sort([near, near + math.copysign(wide, place[0])]), np.array([low, low + high]))
 
-    aside, up = min(
-        ((side, up) for up in (0.0, 14.0, -14.0, 28.0, -28.0) for side in (6.0, -6.0)), key=lambda to: crossed(*to)
-    )
+    aside, up = min(((side, up) for up in (0.0, 14.0, -14.0, 28.0, -28.0) for side in (6.0, -6.0)), key=behind)
     axes.plot([at, at], [line, end], color=color, linewidth=2.0, marker="_", markersize=7)
     axes.annotate(
         text, (at, middle), (aside, up), textcoords="offset points", ha="left" if aside > 0.0 else "right", va="center",

@@ -157,16 +157,22 @@ def signed_logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
 
 def emptiest_corner(axes: Axes) -> tuple[int, int]:
     """The corner with the least of the lines: 0 or 1 from left to right, and from the bottom up."""
-    (left, low), (right, high) = axes.transScale.transform(list(zip(axes.get_xlim(), axes.get_ylim(), strict=True)))
-    drawn = [axes.transScale.transform(np.asarray(line.get_xydata(), dtype=np.float64)) for line in axes.lines]
-    across = np.linspace(left, right, 100)
-    shares = [(np.interp(across, *line.T) - low) / (high - low) for line in drawn if len(line)]
 
-    def crossed(right: int, top: int) -> int:
-        part = slice(60, None) if right else slice(40)
-        return sum(int((np.abs(one[part] - (0.88 if top else 0.12)) < 0.12).sum()) for one in shares)
+    def behind(corner: tuple[int, int]) -> int:
+        ends = axes.transAxes.transform(
+            [(0.6 * corner[0], 0.76 * corner[1]), (0.6 * corner[0] + 0.4, 0.76 * corner[1] + 0.24)]
+        )
+        return crossed(axes, *ends.T)
 
-    return min(((right, top) for top in (0, 1) for right in (1, 0)), key=lambda corner: crossed(*corner))
+    return min(((1, 0), (0, 0), (1, 1), (0, 1)), key=behind)
+
+
+def crossed(axes: Axes, across: Numbers, high: Numbers) -> int:
+    """How much of the curves is in a box, whose ends are in pixels."""
+    places = np.linspace(across[0], across[1], 100)
+    lines = [axes.transData.transform(np.asarray(one.get_xydata())) for one in axes.lines if np.size(one.get_xdata()) > 2]
+    inside = [(np.interp(places, *one.T) > high[0]) & (np.interp(places, *one.T) < high[1]) for one in lines]
+    return sum(int(one.sum()) for one in inside)
 
 
 def logarithmic_time(axes: Axes, t: Numbers) -> None:

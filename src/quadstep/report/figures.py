@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib import rcParams
@@ -87,13 +86,13 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: li
     largest = max(largest, panel.reach)
     suited = prefixed if panel.unit == "-" else of_angle if panel.unit in ANGLES else handy
     unit, factor = suited(panel.unit, largest)
-    drawn = [factor * values for values in lines.values() if len(values)]
+    lines = {key: factor * values for key, values in lines.items()}
+    drawn = [values for values in lines.values() if len(values)]
     if scale == STACKED:
-        drawn = stack(axes, t, dict(zip(lines, drawn, strict=True)), log_time)
-        lines = {}
+        drawn, lines = stack(axes, t, lines, log_time), {}
     for style, (key, values) in zip(LINES * 2, lines.items(), strict=False):
         look = BAND if len(lines) > 1 and (key.endswith("_d") or key in ASKED_FOR) else style
-        axes.plot(*thin(t, factor * values, log_time), label=label(key), **look)
+        axes.plot(*thin(t, values, log_time), label=label(key), **look)
     if log_time:
         logarithmic_time(axes, t)
     if scale == LOG:
@@ -120,20 +119,18 @@ def stack(axes: Axes, t: Numbers, parts: dict[str, Numbers], log: bool) -> list[
     """Areas upon one another, what is positive upwards and what is negative downwards, from where they can be seen, and the
     line of their sum. Returns the extremes.
     """
-    ends = (1, len(t))
-    kept = np.unique((np.geomspace(*ends, BUCKETS) if log else np.linspace(*ends, BUCKETS)).astype(int)) - 1
-    above = below = np.zeros(len(kept))
-    for style, (name, values) in zip(LINES, parts.items(), strict=False):
-        up, down = above + np.maximum(values[kept], 0.0), below + np.minimum(values[kept], 0.0)
-        look: dict[str, Any] = {"color": style["color"], "alpha": 0.55, "linewidth": 0.0}
-        axes.fill_between(t[kept], above, up, label=label(name), **look)
-        axes.fill_between(t[kept], below, down, **look)
-        above, below = up, down
-    axes.plot(t[kept], sum(values[kept] for values in parts.values()), color="black", linewidth=1.3, label=TOGETHER)
+    kept = np.unique((np.geomspace if log else np.linspace)(1, len(t), BUCKETS).astype(int)) - 1
+    t, values = t[kept], np.array([one[kept] for one in parts.values()])
+    above, below = np.maximum(values, 0.0), np.minimum(values, 0.0)
+    colors = [style["color"] for style in LINES[: len(parts)]]
+    for side, names in ((above, map(label, parts)), (below, ())):
+        axes.stackplot(t, side, labels=names, colors=colors, alpha=0.55, linewidth=0.0)
+    axes.plot(t, values.sum(axis=0), color="black", linewidth=1.3, label=TOGETHER)
+    ends = [above.sum(axis=0), below.sum(axis=0)]
     if not log:
-        seen = np.maximum(above, -below) > FAINT * max(above.max(), -below.min())
-        axes.set_xlim(left=t[kept][np.argmax(seen)])
-    return [above, below]
+        size = np.maximum(ends[0], -ends[1])
+        axes.set_xlim(left=t[np.argmax(size > FAINT * size.max())])
+    return ends
 
 
 def legend_rows(names: list[str], width: float) -> int:
@@ -149,16 +146,8 @@ def grid_alone(axes: Axes) -> None:
     axes.xaxis.set_visible(False)
     if rcParams["axes.grid"]:
         color, width = rcParams["grid.color"], rcParams["grid.linewidth"]
-        axes.vlines(
-            times,
-            0.0,
-            1.0,
-            color,
-            linewidth=width,
-            transform=axes.get_xaxis_transform(),
-            zorder=0.5,
-            gid=f"{GRID}{axes.figure.axes.index(axes)}",
-        )
+        name, across = f"{GRID}{axes.figure.axes.index(axes)}", axes.get_xaxis_transform()
+        axes.vlines(times, 0.0, 1.0, color, linewidth=width, transform=across, zorder=0.5, gid=name)
 
 
 def save(
