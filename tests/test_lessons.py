@@ -9,6 +9,7 @@ import tomlkit
 
 from docs.site.listings import listings
 from docs.site.notebooks import lessons, notebook
+from docs.site.writing import write_pages
 from quadstep import read_mission
 from quadstep.io.errors import UserError
 from quadstep.linear.grade import Grade
@@ -208,6 +209,11 @@ def test_notebooks_have_cells_that_nbgrader_strips_and_grades(tmp_path, monkeypa
     assert "`exercise_4_4 = mission.with_(" in text, "nbgrader empties the cell that is to be filled"
     assert "well conditioned only far from the x axis" in text
     assert "`duration = 4.25`" not in text, "the answers to what is graded stay on the site"
+    monkeypatch.setattr("docs.site.writing.pages", lambda: {lessons()[3]: "lessons/04-inversion.md"})
+    for answers in (True, False):
+        write_pages(tmp_path / "site", {}, tmp_path, answers)
+        page = (tmp_path / "site/lessons/04-inversion.md").read_text()
+        assert ("`duration = 4.25`" in page) == answers and "<summary>3</summary>" in page
     assert [one["metadata"]["nbgrader"] for one in made if "nbgrader" in one["metadata"]][:2] == [
         {"schema_version": 3, "grade_id": "exercise-4-4", "grade": False, "solution": True, "locked": False, "task": False},
         {

@@ -48,13 +48,13 @@ def run(named: list[Path], jobs: int) -> bool:
     return good
 
 
-def build() -> int:
-    """Write the source, and build the site; what Sphinx warns of is an error."""
+def build(answers: bool) -> int:
+    """Write the source, and build the site; what Sphinx warns of is an error. answers: with those of the graded exercises."""
     source = OUT / "source"
     shutil.rmtree(source, ignore_errors=True)
     source.mkdir(parents=True)
     ran = {page: (folder_of(page, OUT / "runs"), results(page, OUT / "runs")) for page in run_pages()}
-    write_pages(source, {page: one for page, one in ran.items() if one[0].is_dir()}, OUT / "figures")
+    write_pages(source, {page: one for page, one in ran.items() if one[0].is_dir()}, OUT / "figures", answers)
     write_reference(source)
     if lacking := sum(page.read_text(encoding="utf-8").count(MISSING) for page in source.rglob("*.md")):
         print(f"figures missing, because the listings of their pages have not run (make docs): {lacking}", flush=True)
@@ -76,6 +76,7 @@ def main() -> None:
     parser.add_argument("pages", nargs="*", type=Path, help="whose listings to run; default: all")
     parser.add_argument("--jobs", type=int, default=min(2, os.cpu_count() or 1), help="pages run side by side")
     parser.add_argument("--no-run", action="store_true", help="build from what ran before")
+    parser.add_argument("--without-answers", action="store_true", help="leave out the lessons' answers from exercise 4 on")
     said = parser.parse_args()
     if not said.no_run:
         good = run([page.resolve() for page in said.pages] or run_pages(), said.jobs)
@@ -83,7 +84,7 @@ def main() -> None:
         if not good:
             sys.exit(1)
     try:
-        code = build()
+        code = build(not said.without_answers)
     except MissingError as error:
         sys.exit(f"error: {error}")
     if code == 0:

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from docs.site.listings import MARK, listings
+from docs.site.notebooks import SOLVED
 from docs.site.pages import DOCS, ROOT, pages
 from docs.site.reference import commands, equations, files, keys, python
 from docs.site.running import Ran
@@ -157,13 +158,16 @@ def with_flights(text: str, folder: Path | None, static: Path, place: str) -> st
     return MARK.sub(put, text)
 
 
-def write_pages(source: Path, results: Mapping[Path, tuple[Path, Sequence[Ran]]], figures: Path) -> None:
-    """Write every page by hand. results: folder and results of the pages that ran. figures: newly drawn pictures of docs/."""
+def write_pages(source: Path, results: Mapping[Path, tuple[Path, Sequence[Ran]]], figures: Path, answers: bool = True) -> None:
+    """Write every page by hand. results: folder and results of the pages that ran. figures: newly drawn pictures of docs/.
+    answers: whether lessons have those of their exercises from 4 on.
+    """
     found = {path: place for path, place in pages().items() if path.is_file()}
     there = places()
     for path, place in found.items():
         folder, ran = results.get(path, (None, []))
-        text = with_listings(path.read_text(encoding="utf-8"), ran, place.split("/")[0] in SHOWING)
+        written = path.read_text(encoding="utf-8")
+        text = with_listings(written if answers else written.partition(SOLVED)[0], ran, place.split("/")[0] in SHOWING)
         text = text if place == "index.md" else with_sections(text)
         text = with_flights(with_links(text, place, there), folder, source / "flown", place)
         (source / place).parent.mkdir(parents=True, exist_ok=True)

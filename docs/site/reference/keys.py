@@ -99,7 +99,7 @@ MEANINGS = {
     "controller": "the control law",
     "events": "what changes during the flight",
     "limits": "beyond which a flight counts as lost",
-    "type": "which of the tables this is",
+    "type": "chooses this table",
 }
 """Of keys that hold one of several tables, or one that has no text of its own."""
 

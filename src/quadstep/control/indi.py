@@ -71,7 +71,7 @@ class IndiMemory(NamedTuple):
 
 @dataclass(frozen=True)
 class Indi(Controller):
-    """Both loops at the attitude loop's rate, with accelerometer and rotor speeds."""
+    """Runs both loops at the attitude loop's rate, with accelerometer and rotor speeds."""
 
     name = "indi"
     label = "INDI"
