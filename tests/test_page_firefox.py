@@ -110,6 +110,12 @@ def test_figures_of_the_article_follow_keyboard_and_finger(firefox, tmp_path):
         finger = {"type": "pointer", "id": "finger", "parameters": {"pointerType": "touch"}, "actions": steps}
         firefox.ask("WebDriver:PerformActions", actions=[finger])
         assert firefox.evaluate(LATER, name, before, said) != before
+    dropped = """
+        const parts = [...document.querySelector("a[data-set='K_r1=8'] msub").children];
+        const [letter, low] = parts.map((one) => one.getBoundingClientRect());
+        return (low.bottom - letter.bottom) / letter.height;
+    """
+    assert firefox.evaluate(dropped) < 0.3, "the line under a link takes part in a formula's layout"
     assert firefox.errors(file) == []
 
 

@@ -122,11 +122,7 @@ def differing_keys(keys: Iterable[str], first: Metrics, second: Metrics) -> list
 def numbers(content: Metrics) -> dict[str, float]:
     """The numbers of a metrics.json by dotted name, without those of the mission, and of where a flight was lost."""
     kept = {key: value for key, value in content.items() if key not in ("mission", "ending")}
-    found = {}
-    for key, value in scalars(kept).items():
-        if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300:
-            found[key] = float(value)
-    return found
+    return {key: float(one) for key, one in scalars(kept).items() if one is not None and abs(one) < 1e300}
 
 
 def answer(names: list[str], first: dict[str, float], second: dict[str, float]) -> str:
@@ -154,8 +150,7 @@ WORDS = {
     "error_growth": "factor by which the error grows", "rate_growth": "factor by which the turn rates grow",
     "rotors.least": "least thrust of a rotor", "rotors.largest": "largest thrust of a rotor", "ended": "time flown",
     "rotors.activity": "change of the rotors' thrusts", "saturated_share": "share of the time at a rotor's limit",
-    "shaking": "swing of the thrust's axis, RMS", "overturned": "largest tilt once upright", "wind.mean": "mean wind",
-    "position_rmse": "position error, RMSE", "largest_error": "position error, largest",
+    "shaking": "swing of the thrust's axis, RMS", "overturned": "largest tilt once upright",
     "relative_error": "position error over the path's size", "measured_rmse": "error of the measured position, RMSE",
 }  # fmt: skip
 """What metrics are called whose names do not say it."""

@@ -80,9 +80,7 @@ def path_rows(log: io.BufferedReader) -> NDArray[np.float64]:
     log.seek(max(first, last - LONGEST_LINE))
     texts += log.read(LONGEST_LINE).splitlines()[-1:]
     cells = [text.split(b",") for text in texts]
-    rows = np.array([[float(one[place]) for place in wanted] for one in cells if len(one) == len(columns)]).reshape(
-        -1, len(wanted)
-    )
+    rows = np.array([[float(one[place]) for place in wanted] for one in cells if len(one) == len(columns)]).reshape(-1, 6)
     rows = rows[np.all(np.abs(rows) < LARGEST, axis=1)]
     if not len(rows):
         raise ValueError("no row can be drawn")
