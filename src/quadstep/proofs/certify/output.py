@@ -78,7 +78,8 @@ def answer(c: FlightCertificate) -> str:
         return f"{ended}; the conditions of Theorem 5.1 do not hold. {rest}"
     if not found:
         return f"{ended} although the conditions of Theorem 5.1 hold, as printed and corrected. {rest}"
-    return f"{ended} although the printed conditions of Theorem 5.1 hold. Broken on this flight: {'; '.join(found)}. {rest}"
+    beyond = f"What the proof needs beyond them does not: {'; '.join(found)}"
+    return f"{ended} although the printed conditions of Theorem 5.1 hold. {beyond}. {rest}"
 
 
 def rises(c: FlightCertificate) -> str:
@@ -128,7 +129,7 @@ WORK = ("damping K_v", "eps", "weights", "coupling", "the command filter")
 
 MEANT = {
     "damping K_v": "the damping K_v",
-    "eps": "eps, which even the ideal weights leave of the nets' targets",
+    "eps": "eps, what even ideal weights cannot learn",
     "weights": "the weights of the nets",
     "coupling": "the coupling that the proof omits",
 }

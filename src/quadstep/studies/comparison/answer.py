@@ -36,8 +36,11 @@ def answer(results: Comparison) -> str:
     found = {situation: leading(results, situation) for situation in results.ranked}
     won = {where: best for where, (best, rivals) in found.items() if best and not rivals}
     nobody = f"No {results.kind} flies as asked{' in any situation' * (len(found) > 1)}: "
-    return (nobody if nobody_flies_as_asked(results.results) else "") + (
-        named(results, found, won) if len(found) <= MOST_NAMED else numbered(results, list(won.values()))
+    untuned = results.entrants and results.kind == "controller" and not any(one.trained for one in results.entrants)
+    return (
+        (nobody if nobody_flies_as_asked(results.results) else "")
+        + (named(results, found, won) if len(found) <= MOST_NAMED else numbered(results, list(won.values())))
+        + (" No gains were tuned for this comparison." if untuned else "")
     )
 
 
