@@ -379,9 +379,8 @@ def test_long_tables_go_on_over_the_page_on_paper(tmp_path, browsers):
 
 @needs(SITE)
 def test_the_site_builds_without_a_warning(tmp_path):
-    (tmp_path / "index.md").write_text(
-        "# A\n\nAgain with --overwrite: it's \"-6 dB\" and 5e-6 kg m^2, not `'-6 x^2'`.\n\n```{toctree}\nkeys\ncommands\n```\n"
-    )
+    said = "Again with --overwrite: it's \"-6 dB\" and 5e-6 kg m^2, not `'-6 x^2'`.\n\n$$a = b, \\qquad c = d$$"
+    (tmp_path / "index.md").write_text(f"# A\n\n{said}\n\n```{{toctree}}\nkeys\ncommands\n```\n")
     (tmp_path / "keys.md").write_text(keys.page("campaign-file").replace("(docs/campaigns.md)", ""))
     (tmp_path / "commands.md").write_text(commands_page())
     build = ["-m", "sphinx", "-b", "html", "-W", "-q", "-c", str(DOCS / "site"), str(tmp_path), str(tmp_path / "html")]
@@ -391,6 +390,7 @@ def test_the_site_builds_without_a_warning(tmp_path):
     assert 'id="uniform"' in html
     first = (tmp_path / "html" / "index.html").read_text()
     assert "with --overwrite: it’s “−6 dB” and 5\N{NO-BREAK SPACE}×" in first
+    assert '<div class="pair"><div class="equation"' in first
     assert "kg m², not" in first and "'-6</span> <span class=\"pre\">x^2'" in first
     fetched = re.findall(r'<(?:link|script|img)[^>]+(?:href|src)="(https?:[^"]+)"', html)
     assert fetched == []

@@ -93,8 +93,11 @@ def hold_punctuation(_app: "Sphinx", tree: nodes.document, _place: str) -> None:
 
 
 def put_displayed(translator: "HTML5Translator", node: nodes.math_block) -> None:
-    """A formula of its own."""
-    translator.body.append(displayed(node.astext()))
+    """A formula of its own; several in a row are set one by one, so that a narrow page has them below one another."""
+    parts = node.astext().split(r"\qquad")
+    whole = len(parts) == 1 or any(part.count("{") != part.count("}") or r"\begin" in part for part in parts)
+    shown = displayed(node.astext()) if whole else f'<div class="pair">{"".join(map(displayed, parts))}</div>'
+    translator.body.append(shown)
     raise nodes.SkipNode
 
 

@@ -7,5 +7,15 @@ addEventListener("message", ({ data, source }) => {
   frame.style.height = `${Math.min(data.height, 4000) + 2}px`; // and its border
   tell(frame);
 });
-addEventListener("DOMContentLoaded", () =>
-  new MutationObserver(() => frames().forEach(tell)).observe(document.body, { attributeFilter: ["data-theme"] }));
+// The drawn figures take the dark or light colours of colours.css, which go by the theme of the root.
+const night = matchMedia("(prefers-color-scheme: dark)");
+const turn = () => {
+  const { theme } = document.body.dataset;
+  document.documentElement.dataset.theme = theme === "dark" || (theme !== "light" && night.matches) ? "dark" : "light";
+  frames().forEach(tell);
+};
+night.addEventListener("change", turn);
+addEventListener("DOMContentLoaded", () => {
+  turn();
+  new MutationObserver(turn).observe(document.body, { attributeFilter: ["data-theme"] });
+});
