@@ -55,7 +55,7 @@ CASES = {
         "simulation.step",
         "0.00025 s",
     ),
-    "unknown preset": ('[vehicle]\npreset = "x50"\n' + PATH, "vehicle", "'x50'", "allowed: ", *PRESETS),
+    "unknown preset": ('[vehicle]\npreset = "x50"\n' + PATH, "vehicle", "'x50'", "mean x500? Allowed: ", *PRESETS),
     "preset with a line break": ('[vehicle]\npreset = "a\\nb"\n' + PATH, "vehicle", "unknown", "allowed"),
     "preset as a list": ('[vehicle]\npreset = ["x500"]\n' + PATH, "vehicle", "allowed", *PRESETS),
     "preset and file": (own('file = "own.toml"'), "vehicle", "preset and file", "one of them"),
@@ -176,7 +176,7 @@ CASES = {
         controller("sliding-mode"),
         "controller.type",
         "'sliding-mode'",
-        "allowed: geometric, pid, lqr, rotation-backstepping, backstepping",
+        "allowed: those in docs/controllers.md, or your own FILE.py:NAME",
     ),
     "controller of the paper's plant": (
         controller("completed-backstepping"),
@@ -446,7 +446,7 @@ def test_vehicles_shows_a_file_of_ones_own(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "content", "said"), [
-    ("x50", None, ("'x50'", "allowed: crazyflie, hummingbird, paper, research-2.6kg, x500")),
+    ("x50", None, ("'x50'", "did you mean x500? Allowed: crazyflie, hummingbird, paper, research-2.6kg, x500")),
     ("", None, ("is empty", "--help")),
     ("nowhere.toml", None, ("nowhere.toml", "file not found")),
     ("own.toml", "mass = -1.0", ("own.toml", "mass", "greater than 0")),

@@ -579,7 +579,7 @@ def test_a_scenario_that_nobody_survives_is_one_line(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (SMALL.replace('controller = "geometric"', 'controller = "geometry"'), "unknown value 'geometry'; allowed: geometric"),
+        (SMALL.replace('controller = "geometric"', 'controller = "geometry"'), "'geometry'; did you mean geometric?"),
         (SMALL.replace('controller = "geometric"', 'controller = "planar-pd"'), "planar-pd"),
         (SMALL.replace("k_x = 3.0", "k_x = -3.0"), "k_x: every entry must be greater than 0"),
         (SMALL.replace('"vehicle.mass"', '"vehicle.weight"'), "weight: unknown key"),

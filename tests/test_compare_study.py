@@ -174,7 +174,7 @@ MARGIN = '[margins.wind]\nkeys = ["wind.mean.0"]\npath = "up"\nscenario = "calm"
 
 
 @pytest.mark.parametrize(("text", "said"), [
-    (SMALL.replace('["research-2.6kg"]', '["x5"]'), "vehicles: unknown vehicle 'x5'; allowed: crazyflie"),
+    (SMALL.replace('["research-2.6kg"]', '["x5"]'), "vehicles: unknown vehicle 'x5'; did you mean x500? Allowed: crazyflie"),
     (SMALL.replace('["research-2.6kg"]', "[]"), "vehicles: should have at least 1 entries"),
     (SMALL.replace('["research-2.6kg"]', '["x500", "x500"]'), "vehicles: x500 is named twice"),
     (SMALL.replace("seeds = 12", "seeds = 1"), "seeds: should be greater than or equal to 2, not 1"),

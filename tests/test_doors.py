@@ -167,7 +167,7 @@ def test_vehicles_lists_all_but_what_is_broken():
     assert run.err.count("\n") == 1
     assert "warning: heavy: raises:heavy, which tiny 1.5 registers: " in run.err
     assert "no licence" in run.err
-    with pytest.raises(UserError, match=r"unknown preset 'x50'; allowed: crazyflie, .* x500, heavy, racer, or your own"):
+    with pytest.raises(UserError, match=r"unknown preset 'x50'; did you mean x500\? .* x500, heavy, racer, or your own"):
         Mission(vehicle={"preset": "x50"}, path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0]})
 
 

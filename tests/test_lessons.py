@@ -319,7 +319,7 @@ def test_a_loop_is_graded_where_a_course_asks_for_it():
 
 
 @pytest.mark.parametrize(("content", "said"), [
-    ('[[tasks]]\nname = "a"\nasks = "Fly."\nmost = { nonsense = 1.0 }\n', "'nonsense' is not a metric of this flight"),
+    ('[[tasks]]\nname = "a"\nasks = "Fly."\nmost = { postion_rmse = 1.0 }\n', "did you mean position_rmse? Allowed, with"),
     ('[[tasks]]\nname = "a"\nasks = "Fly."\ngrade = "good"\n', "tasks[0].grade"),
     ("tasks = []\n", "tasks: "),
     ('[[tasks]]\nname = "b"\nasks = "Fly."\n', "unknown lesson or exercise 'a'; allowed: b"),

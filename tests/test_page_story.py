@@ -69,7 +69,7 @@ def test_a_step_is_settings_and_paragraphs(tmp_path, case):
 @pytest.mark.parametrize(("settings", "words"), [
     ("bogus = 1", "bogus"),
     ('mission = "a.toml"', "give either flight"),
-    ("set = { K_r9 = 1.0 }", "set: unknown value 'K_r9'; allowed"),
+    ("set = { K_r9 = 1.0 }", "set: unknown value 'K_r9'; did you mean K_r"),
     ("set = { K_r1 = [1.0, 2.0] }", "set.K_r1: should be one number or 3, not 2"),
     ("set = { K_r1 = -1.0 }", "set.K_r1: -1 is outside"),
     ("set = { K_r1 = nan }", "set.K_r1: should be a number, true or false, or a list of numbers, not nan"),
@@ -86,7 +86,7 @@ def test_a_step_is_settings_and_paragraphs(tmp_path, case):
     ('guess = { ask = "?", choices = ["a", "a"], answer = "a" }', "choices: should all be different"),
     ('guess = { ask = "?", choices = ["a", "b"], answer = "c" }', "answer: 'c' is not one of a, b"),
     ('guess = { ask = "?", choices = ["a", "b"], answer = "a", show = { K_r9 = 1 } }',
-        "guess.show: unknown value 'K_r9'; allowed"),
+        "guess.show: unknown value 'K_r9'; did you mean K_r"),
     ("= 3", "not valid TOML"),
 ])  # fmt: skip
 def test_a_fault_is_one_line_with_step_and_key(tmp_path, case, settings, words):

@@ -118,7 +118,7 @@ def test_dotted_keys_are_tables_of_toml():
     section = check_mission(content, "m.toml").controller
     assert (section.pid_rate.roll_kp, section.posCtlPid.xKp) == (210.0, 1.5)
     content["controller"]["pid_rate"] = {"rol_kp": 1.0}
-    with pytest.raises(UserError, match=r"controller.pid_rate.rol_kp: unknown key; .*; did you mean roll_kp\?"):
+    with pytest.raises(UserError, match=r"controller.pid_rate.rol_kp: unknown key; did you mean roll_kp\?"):
         check_mission(content, "m.toml")
 
 

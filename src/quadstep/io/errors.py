@@ -18,8 +18,8 @@ from difflib import get_close_matches
 FAILED, BAD_INPUT, DIVERGED, UNMET, OUTPUT_LOST, INTERRUPTED = 1, 2, 3, 4, 5, 130
 
 
-LONGEST, LONGEST_VALUE = 1000, 60
-"""Characters of a line, and of a given value or name in it."""
+LONGEST, LONGEST_VALUE, LONGEST_LIST = 1000, 60, 250
+"""Characters of a line, of a given value or name in it, and of a list of names in place of which a page can be named."""
 
 
 class UserError(Exception):
@@ -61,26 +61,33 @@ def errors_in(source: object, about: str = "") -> Iterator[None]:
         raise UserError(f"{source}: {about and f'{about}: '}{said}") from None
 
 
-def unknown_name(what: str, value: object, names: Iterable[str], other: str = "") -> str:
-    """What is said of a name that is none of these: which are, what else is allowed, and which one was probably meant.
+def unknown_name(what: str, value: object, names: Iterable[str], other: str = "", see: str = "") -> str:
+    """What is said of a name that is none of these: which one was probably meant, and the names as `listed` has them.
 
     >>> unknown_name("preset", "x50", ["crazyflie", "x500"])
-    "unknown preset 'x50'; allowed: crazyflie, x500; did you mean x500?"
+    "unknown preset 'x50'; did you mean x500? Allowed: crazyflie, x500"
     >>> unknown_name("mapping", "y", [], "a file")
     "unknown mapping 'y'; allowed: a file"
     """
     known = list(names)
-    return f"unknown {what} {shorten(value)}; allowed: {listed(known, other)}{did_you_mean(value, known)}"
+    return f"unknown {what} {shorten(value)}{meant_of(value, known, f'allowed: {listed(known, other, see)}')}"
 
 
-def listed(names: Iterable[str], other: str = "") -> str:
-    """The names that are allowed, and what else is."""
+def listed(names: Iterable[str], other: str = "", see: str = "") -> str:
+    """The names that are allowed, and what else is; of names that take more than `LONGEST_LIST`, where they are listed."""
     known = ", ".join(names)
+    known = f"those in {see}" if see and len(known) > LONGEST_LIST else known
     return f"{known}, or {other}" if known and other else known or other or "none"
 
 
+def meant_of(value: object, names: Sequence[str], allowed: str) -> str:
+    """The end of a refusal: which of the names was probably meant, if one is like it, and then what is allowed."""
+    meant = did_you_mean(value, names)
+    return f"{meant} {allowed[0].upper()}{allowed[1:]}" if meant else f"; {allowed}"
+
+
 def did_you_mean(value: object, names: Sequence[str], alike: float = 0.6) -> str:
-    """The end of a refusal: which of the names was probably meant; nothing where none is as much like it, of 1."""
+    """Which of the names was probably meant; nothing where none is as much like it, of 1."""
     near = get_close_matches(value, names, 1, alike) if isinstance(value, str) and len(value) <= LONGEST_VALUE else ()
     return "".join(f"; did you mean {one}?" for one in near)
 

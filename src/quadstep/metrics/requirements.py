@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
-from quadstep.io.errors import UserError, number_in
+from quadstep.io.errors import UserError, listed, meant_of, number_in
 from quadstep.metrics.statistics import LEVEL, Estimate
 from quadstep.metrics.verdict import Case
 
@@ -64,10 +64,9 @@ def with_full_names(requirements: Collection[Requirement], names: Collection[str
     full = {without_unit(metric): metric for metric in names} | {metric: metric for metric in names}
     for one in requirements:
         if one.metric not in full:
-            allowed = ", ".join(sorted(names))
-            raise UserError(
-                f"{OPTION}: {one.metric!r:.60} is not a metric of this flight; allowed, with or without the unit: {allowed}"
-            )
+            allowed = f"allowed, with or without the unit: {listed(sorted(names), see='docs/metrics.md')}"
+            said = f"is not a metric of this flight{meant_of(one.metric, [*full], allowed)}"
+            raise UserError(f"{OPTION}: {one.metric!r:.60} {said}")
         most = BOUNDS.get(full[one.metric], math.inf)
         if one.most > most:
             meant = (

@@ -8,7 +8,7 @@ from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from quadstep.io.errors import LONGEST_VALUE, UserError, cut, did_you_mean, shorten, unknown_name
+from quadstep.io.errors import LONGEST_VALUE, UserError, cut, listed, meant_of, shorten, unknown_name
 from quadstep.mission.fields import EVERY, Quantity
 from quadstep.mission.presets import origin
 
@@ -94,9 +94,9 @@ def describe(model: type[BaseModel], problem: Any) -> str:
 
 
 def unknown(key: str, allowed: Iterable[str]) -> str:
-    """What is said of a key that is none of these: all of them, and the one that was probably meant."""
+    """What is said of a key that is none of these: the one that was probably meant, and all of them."""
     names = sorted(allowed)
-    return f"unknown key; allowed here: {', '.join(names)}{did_you_mean(key, names)}"
+    return f"unknown key{meant_of(key, names, f'allowed here: {listed(names)}')}"
 
 
 def walk(

@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError
 
 from quadstep.interfaces.gain import Gain, cached_by_class, declared, gains_in
 from quadstep.interfaces.log import Metric
-from quadstep.io.doors import METRICS, OWN, named, own_place
+from quadstep.io.doors import CONTROLLERS, METRICS, OWN, named, own_place
 from quadstep.io.errors import UserError, listed, unknown_name
 from quadstep.io.user_code import load
 from quadstep.metrics.effort import EFFORT
@@ -26,6 +26,9 @@ from quadstep.numbers import Vector
 
 KEY = re.compile(r"[^\W_]\w*")
 """Of a gain."""
+
+SEE = {CONTROLLERS: "docs/controllers.md", METRICS: "docs/metrics.md"}
+"""Pages that list what a `type` may be, by group of entry points."""
 
 
 def check_gain(one: Gain) -> None:
@@ -93,8 +96,9 @@ def or_own(
 
 def unknown_type(kind: object, own: Iterable[str], group: str) -> UserError:
     """What is said of a `type`, None if missing, that names nothing: own are the package's, group those of entry points."""
-    names = named(own, group)
-    return UserError(f"missing; allowed: {listed(names, OWN)}" if kind is None else unknown_name("value", kind, names, OWN))
+    names, see = named(own, group), SEE.get(group, "")
+    missing = f"missing; allowed: {listed(names, OWN, see)}"
+    return UserError(missing if kind is None else unknown_name("value", kind, names, OWN, see))
 
 
 class NumbersSection(Section):
