@@ -135,7 +135,7 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     path = EXAMPLES / f"{name}.toml"
     found = certify_plan(plan_mission(read_mission(path), path))
     lost, caption = name == "theorem_fails", seen(found)
-    assert f"largest {found.r.max():.3g}, b_r {found.b_r:.3g}." in caption
+    assert f"|r| never left b_r: {found.r.max():.4g} <= {found.b_r:.4g}." in caption
     assert caption.startswith(f"In the first {found.until:.3g} s, all that is certified, |r| never") == lost
     assert [one.log_time != lost for one in figures_of(found, name)] == [True, True]
     work = record(found)["lyapunov"]["work[J]"]

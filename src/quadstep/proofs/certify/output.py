@@ -39,13 +39,18 @@ def margins(c: FlightCertificate) -> str:
     )
 
 
-def behaviour_after_entry(c: FlightCertificate) -> str:
-    """What |r| did once it had come inside b_r."""
+def of_ball(c: FlightCertificate) -> str:
+    """What |r| did about the ball b_r."""
+    time, most = c.history.t, c.r.max()
+    if c.b_r is None:
+        return f"|r| reached {most:.4g}, and there is no ball b_r"
+    if not c.outside.any():
+        return f"|r| never left b_r: {most:.4g} <= {c.b_r:.4g}"
     if c.entered is None:
-        return "|r| never entered b_r"
-    time, most = c.history.t, c.r[c.entered :].max()
-    came = f"|r| entered b_r at {time[c.entered]:.4g} s"
+        return f"|r| never entered b_r = {c.b_r:.4g}"
+    came = f"|r| entered b_r = {c.b_r:.4g} at {time[c.entered]:.4g} s"
     left = np.flatnonzero(c.outside & (np.arange(len(c.r)) > c.entered))
+    most = c.r[c.entered :].max()
     if not len(left):
         return f"{came} and stayed, <= {most:.4g}"
     last = f"was last outside at {time[left[-1]]:.4g} s" if left[-1] < len(c.r) - 1 else "ended outside"
@@ -66,12 +71,10 @@ ANSWERS = {
 
 def answer(c: FlightCertificate) -> str:
     """What a reader wants to know first, in a sentence; everything else is in the verdict."""
-    if kind(c) == "sign consistent":
-        return f"{ANSWERS[kind(c)]} ({c.outside.sum()} of {len(c.outside)}). {raised_by(c)}"
-    if kind(c) == "rising between samples":
-        return f"{ANSWERS[kind(c)]}: {rises(c)}."
-    if kind(c) != "lost":
-        return f"{ANSWERS[kind(c)]}. {raised_by(c)}"
+    what = kind(c)
+    if what != "lost":
+        more = {"sign consistent": f" ({c.outside.sum()} of {len(c.outside)})", "rising between samples": f": {rises(c)}"}
+        return f"{ANSWERS[what]}{more.get(what, '')}. {raised_by(c)}"
     ended, found = f"The flight was lost at {c.ended:.4g} s", c.conditions.broken()
     rest = f"{raised_by(c)} {until(c)}".rstrip()
     if not c.conditions.printed_hold:
@@ -83,7 +86,7 @@ def answer(c: FlightCertificate) -> str:
 
 
 def rises(c: FlightCertificate) -> str:
-    """How often L rose from sample to sample although its rate was negative at each."""
+    """How often L rose from sample to sample outside b_r."""
     between = periods_outside(c)
     return f"L rose in {(between >= 0.0).sum()} of the {len(between)} periods that begin and end outside it"
 
@@ -97,48 +100,34 @@ def until(c: FlightCertificate) -> str:
 
 
 def verdict(c: FlightCertificate) -> str:
-    what, k = kind(c), c.conditions
-    if what == "lost":
+    """The kind, and in numbers what decides it."""
+    k, rate, said = c.conditions, c.lyapunov.rate[c.outside], list[str]()
+    if kind(c) == "lost":
         printed = min(*k.position, *k.printed_anywhere)
-        said = f"the printed conditions {'hold' if k.printed_hold else 'do not hold'} (smallest margin {printed:.4g})"
-        found = k.broken()
-        rest = f"; broken on this flight: {'; '.join(found)}" if found else f"; so do the corrected conditions: {margins(c)}"
-        return f"lost: the flight ended at {c.ended:.4g} s; {said}{rest}; all numbers are from the first {c.until:.4g} s"
-    if what == "conditions broken":
-        return f"conditions broken: {'; '.join(k.broken())}; largest |r| of the flight {c.r.max():.4g}"
-    if what == "untested":
-        return (
-            f"conditions hold ({margins(c)}) and |r| stayed inside b_r, largest {c.r.max():.4g} <= {c.b_r:.4g}, "
-            "so the sign of L_dot outside was never tested"
-        )
-    count = int(c.outside.sum())
-    if what == "sign consistent":
-        falls = f"L_dot < 0 on all {count} samples outside b_r = {c.b_r:.4g}"
-        return f"sign consistent on this flight: {margins(c)}; {falls}; {behaviour_after_entry(c)}"
-    if what == "rising between samples":
-        return f"conditions hold ({margins(c)}) and L_dot < 0 on all {count} samples outside b_r = {c.b_r:.4g}, but {rises(c)}"
-    rising = 100.0 * float(np.mean(c.lyapunov.rate[c.outside] >= 0.0))
-    return f"conditions hold ({margins(c)}), but L_dot >= 0 on {rising:.3g} % of the {count} samples outside b_r = {c.b_r:.4g}"
+        said += [
+            f"the flight ended at {c.ended:.4g} s, and all numbers are from the first {c.until:.4g} s",
+            f"the printed conditions {'hold' if k.printed_hold else 'do not hold'} (smallest margin {printed:.4g})",
+        ]
+    said += [*(k.broken() or [f"conditions hold: {margins(c)}"]), of_ball(c)]
+    if len(rate):
+        said += [f"L_dot < 0 on {(rate < 0.0).sum()} of the {len(rate)} samples outside b_r", rises(c)]
+    return f"{kind(c)}: {'; '.join(said)}"
 
 
-TERMS = ("dissipation", "residual", "learning", "coupling", "filtering")
-
-
-WORK = ("damping K_v", "eps", "weights", "coupling", "the command filter")
-"""The same, as the table says them."""
-
-MEANT = {
-    "damping K_v": "the damping K_v",
-    "eps": "eps, what even ideal weights cannot learn",
-    "weights": "the weights of the nets",
-    "coupling": "the coupling that the proof omits",
+TERMS = {
+    "dissipation": ("damping K_v", "the damping K_v"),
+    "residual": ("eps", "eps, what even ideal weights cannot learn"),
+    "learning": ("weights", "the weights of the nets"),
+    "coupling": ("coupling", "the coupling that the proof omits"),
+    "filtering": ("the command filter", "the command filter"),
 }
-"""The terms of L_dot in a sentence."""
+"""The terms of L_dot, as tables and figures say them, and in a sentence."""
 
 
 def work(c: FlightCertificate) -> dict[str, Array]:
     """What each term of L_dot has added to L up to each sample [J]."""
-    return {said: np.cumsum(getattr(c.lyapunov, name)) * c.history.period for name, said in zip(TERMS[:4], WORK, strict=False)}
+    shown = list(TERMS.items())[:4]
+    return {said: np.cumsum(getattr(c.lyapunov, name)) * c.history.period for name, (said, _) in shown}
 
 
 def raised(c: FlightCertificate) -> list[tuple[float, str]]:
@@ -149,7 +138,8 @@ def raised(c: FlightCertificate) -> list[tuple[float, str]]:
 
 def raised_by(c: FlightCertificate) -> str:
     """The same in a sentence."""
-    found = [f"by {MEANT[said]} ({units.percent(share)})" for share, said in raised(c)]
+    meant = dict(TERMS.values())
+    found = [f"by {meant[said]} ({units.percent(share)})" for share, said in raised(c)]
     return f"L was raised {units.listed(found)}." if found else "No term raised L over the flight."
 
 
@@ -305,7 +295,7 @@ def tables(c: FlightCertificate) -> CertificateTables:
         ["W_B by least squares, without a ridge", brief(plain["W_B"])],
         ["eps_N by least squares", brief(plain["eps_N"])],
         ["b_r by least squares", brief(plain["b_r"])],
-        *([f"work on L of {said}", f"{work[name]:.3g} J"] for name, said in zip(TERMS, WORK, strict=True)),
+        *([f"work on L of {said}", f"{work[name]:.3g} J"] for name, (said, _) in TERMS.items()),
         ["L_dot, formula against plant: largest difference, as a share of the largest", brief(rate["formula_less_plant"])],
         ["L_dot, formula against differences of L: rms, as a share of the rms", brief(rate["formula_less_differenced_rms"])],
         ["coupling |r1| |delta| / K_min |r|^2, ratio of means", brief(coupling["ratio_in_the_mean"])],
@@ -317,17 +307,11 @@ def tables(c: FlightCertificate) -> CertificateTables:
 
 def seen(c: FlightCertificate) -> str:
     """What the figure shows of this flight, in sentences."""
-    most = c.r.max()
-    if c.b_r is None:
-        ball = f"|r| reaches {most:.3g}; a condition is broken, so there is no ball b_r outside which L should fall."
-    elif not c.outside.any():
-        before = "" if c.outcome is Outcome.COMPLETED else f"In the first {c.until:.3g} s, all that is certified, "
-        ball = (
-            f"{before}|r| never left the ball, within which Theorem 5.1 promises nothing: largest {most:.3g}, b_r {c.b_r:.3g}."
-        )
-    else:
-        ball = f"{behaviour_after_entry(c).replace('<=', 'at most')}; b_r is {c.b_r:.3g}, above which L should fall."
-    return f"{ball} Areas: what each term of L_dot has added to L up to then, or taken from it."
+    until = "" if c.outcome is Outcome.COMPLETED else f"In the first {c.until:.3g} s, all that is certified, "
+    return (
+        f"{until}{of_ball(c)}. Theorem 5.1 promises only that L falls outside the ball b_r. "
+        "Areas: what each term of L_dot has added to L up to then, or taken from it."
+    )
 
 
 def checked(c: FlightCertificate) -> str:

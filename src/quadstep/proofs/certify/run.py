@@ -103,21 +103,11 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
 
 CONDITIONS = ("", "on this flight", "at any attitude", "must be")
 
-WITH_VERDICT = {
-    "conditions broken": "which Theorem 5.1 needs",
-    "untested": "|r| never left the ball",
-    "sign consistent": "L fell wherever it should",
-    "rising between samples": "the control period is too long",
-    "contradicted": "L rose where it should fall",
-}
-"""What is said below a verdict, by its kind; of a lost flight by its conditions."""
-
 
 def facts(c: FlightCertificate) -> list[markup.Fact]:
-    although = f"the printed conditions {'hold' if c.conditions.printed_hold else 'do not hold'}"
     bound = f"b_r = {units.number(c.b_r)}" if c.b_r is not None else "b_r does not exist"
     return [
-        markup.Fact("verdict", kind(c).replace("lost", "flight lost"), WITH_VERDICT.get(kind(c), although)),
+        markup.Fact("verdict", kind(c).replace("lost", "flight lost")),
         markup.Fact("smallest damping K_min", units.number(c.conditions.k_min), "must be above 0"),
         markup.Fact("largest |r|", units.number(float(c.r.max())), bound),
         *(markup.Fact("raised L most", said, f"{units.percent(share)} of what raised it") for share, said in raised(c)[:1]),
