@@ -1,7 +1,10 @@
-"""A digest of every number that flights are set up with; run as a program it prints them, one a line, with its name."""
+"""A digest of every number that flights are set up with; run as a program it prints them, one a line, with its name: of every
+third law on each preset, or of all with `every` behind it.
+"""
 
 import hashlib
 import json
+import sys
 import tempfile
 import tomllib
 from pathlib import Path
@@ -90,12 +93,13 @@ def waypoints():
     return {"type": "waypoints", "waypoints": rows}
 
 
-def missions(folder):
-    """Missions by name, and where the files are that they name."""
+def missions(folder, every):
+    """Missions by name, and where the files are that they name. every: each law on each preset."""
     yield "recorded", {"path": recording(folder)}, folder
     yield "waypoints", {"path": waypoints()}, folder
-    for name in preset_names():
-        for kind in (one for one in CONTROLLERS if one not in PLACED or (one in STOCK and name == "crazyflie")):
+    for place, name in enumerate(preset_names()):
+        laws = [one for one in CONTROLLERS if one not in PLACED]
+        for kind in [*(laws if every else laws[place % 3 :: 3]), *(STOCK if name == "crazyflie" else ())]:
             yield f"{name}, {kind}", {"vehicle": {"preset": name}, "path": STEP, "controller": {"type": kind}}, folder
     for name in LAYOUTS:
         vehicle = {"preset": "x500", "layout": name, "arm": 0.27}
@@ -114,7 +118,7 @@ def campaigns(folder):
     yield "every distribution", campaign_of(file, "", content, "wide", folder)
 
 
-def digests():
+def digests(every):
     """By name."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -131,7 +135,7 @@ def digests():
         for situation in study.situations():
             content = study.content(situation, {"type": "rotation-backstepping"})
             yield f"study, {situation.label}", of_plan(check_mission(content, "study").plan())
-        for one, content, beside in missions(folder):
+        for one, content, beside in missions(folder, every):
             yield one, of_plan(check_mission(content, one, beside).plan(beside))
         for one, campaign in campaigns(folder):
             drawn = draw(campaign.file, FLIGHTS)
@@ -144,4 +148,4 @@ def digests():
 
 
 if __name__ == "__main__":
-    print(json.dumps(dict(digests())))  # noqa: T201 (it is what this program does)
+    print(json.dumps(dict(digests("every" in sys.argv))))  # noqa: T201 (it is what this program does)

@@ -87,7 +87,7 @@ def test_lanes_and_arrays_fly_what_floats_fly_with_everything_on(controller, est
     assert not np.array_equal(arrays[0].rows, arrays[1].rows)
 
 
-@flown(("rotation-backstepping", False), ("backstepping", True), ("mpc", False), ("state-space-backstepping", False))
+@flown(("rotation-backstepping", False), ("backstepping", True), ("state-space-backstepping", False))
 def test_single_precision_stays_near_double(controller, estimator):
     one = everything(controller, estimator)
     assert worst(on_lanes([one], double=False)[0], on_lanes([one])[0], NEAR.get(controller, 1e-5)) == {}
