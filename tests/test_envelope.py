@@ -17,7 +17,7 @@ from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
 from quadstep.studies import study as study_module
 from quadstep.studies.campaign.flyer import Chunk, Flyer, on_lanes
-from quadstep.studies.envelope import Envelope, Map, MapPanel, answer, most_of, watched
+from quadstep.studies.envelope import Envelope, Map, MapPanel, answer, caption, most_of, watched
 from quadstep.studies.envelope_map import CAUSES, LOOKS, Cells, cells_of, draw_panel, legend, length, middle, scale
 from quadstep.studies.envelope_request import NOISY_FLIGHTS, request
 from quadstep.studies.study import run
@@ -141,7 +141,25 @@ def test_a_limit_of_something_else_and_a_single_flight_of_many_are_said(tmp_path
     assert asked.campaign.meaning == " (judged by reaching the end and by effort thrust at most 1e+09 N only)"
     assert most_of(asked) == ""
     assert most_of(asked._replace(random=True)) == " in the one flight of each, which chance varies"
-    assert most_of(asked._replace(random=True, flights=20)).startswith(", that is, at least ")
+    for flights, said in (
+        (4, "all 4 flights of each succeeded (95 % interval from 39.8 %)"),
+        (20, "at least 19 of 20 flights"),
+    ):
+        assert most_of(asked._replace(random=True, flights=flights)).startswith(f", that is, {said}")
+
+
+def test_errors_are_said_to_be_those_of_flyable_cells_or_of_coloured_ones(tmp_path):
+    asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2", flights=4)
+    cells = made([[[4, 4, 3], [2, 1, 0]]], [[[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]], flights=4)
+    found = Envelope(asked._replace(random=True), cells, [MapPanel("", 6, 2, 0.5, {}, (0.1, 0.2))])
+    said = " goes from 100 mm (path duration = 1 and disturbance scale = 0) to 200 mm (path duration = 2"
+    assert f"Where it can be flown, the median position RMSE{said}" in answer(found).replace("\N{NO-BREAK SPACE}", " ")
+    told = "from 100 mm to 400 mm; lighter means larger. {}: 2 cells in which fewer than half of the flights succeed."
+    causes = np.zeros_like(cells.causes)
+    causes[..., 0] = cells.causes.sum(axis=-1)
+    for look, shown in (("Hatched by cause", cells), ("Dotted", cells._replace(causes=causes))):
+        said = caption(found._replace(cells=shown), linked=False).replace("\N{NO-BREAK SPACE}", " ")
+        assert said == f"Colour: median position RMSE, {told.format(look)}"
 
 
 def test_an_axis_that_makes_no_difference_is_named(tmp_path):
@@ -150,7 +168,8 @@ def test_an_axis_that_makes_no_difference_is_named(tmp_path):
     cells = Cells(1, False, np.zeros((1, 2, 2, 6), int), np.ones((1, 2, 2), int), rmse, rmse, rmse, np.zeros((1, 2, 2), int))
     found = Envelope(asked, cells, [MapPanel("", 4, 4, 1.0, {}, (1.0, 2.0))])
     said = (
-        "The position RMSE goes from 1.00 m (path duration = 2 and vehicle mass = 1) to 2.00 m (path duration = 3 and vehicle"
+        "Where it can be flown, the position RMSE goes from 1.00 m (path duration = 2 and vehicle mass = 1) to 2.00 m (path "
+        "duration = 3 and vehicle mass = 1)."
     )
     assert said in answer(found).replace("\N{NO-BREAK SPACE}", " ")
     assert answer(found).endswith(" No result depends on vehicle mass.")
@@ -185,7 +204,7 @@ def test_flights_of_a_cell_each_have_their_own_noise(tmp_path):
         "--failure", "position_rmse=0.42", "--out", out,
     )  # fmt: skip
     assert run.code == 0, run
-    assert "at least 95 % of 3 flights" in run.out
+    assert "that is, all 3 flights of each succeeded (95 % interval from 29.2 %)" in run.out.replace("\n", " ")
     asked = request(path, "wind.mean.0=1,4", "sensors.position_noise=0.01:0.03:3", flights=3)
     spread = []
     for cell, row in enumerate(rows(out)):
@@ -334,12 +353,14 @@ def test_all_lost_cells_of_a_row_are_hatched(tmp_path):
 
 
 def test_contours_of_success_where_a_cell_has_several_flights(tmp_path):
-    asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2", flights=10)
-    axes = drawn(asked, made([[[10, 10, 0], [10, 10, 0]]], 0.1, flights=10))
+    asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2", flights=20)
+    axes = drawn(asked, made([[[20, 20, 0], [20, 20, 0]]], 0.1, flights=20))
     (lines,) = [one for one in axes.collections if hasattr(one, "levels")]
     assert list(lines.levels) == [0.05, 0.5, 0.95]
     across = [lines.get_paths()[i].vertices[:, 0].mean() for i in range(3)]
     assert across == pytest.approx([2.95, 2.5, 2.05])
+    few = drawn(asked, made([[[4, 4, 0], [4, 4, 0]]], 0.1, flights=4))
+    assert [list(one.levels) for one in few.collections if hasattr(one, "levels")] == [[0.5]], "4 flights show no 95 %"
     alone = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2")
     assert not drawn(alone, made([[[1, 1, 0], [1, 1, 0]]], 0.1)).collections
 

@@ -9,6 +9,7 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
+from quadstep.metrics.statistics import share
 from quadstep.mission.fields import words
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, TableSection
@@ -72,10 +73,10 @@ class Map(Study[Envelope]):
             answer=answer(envelope),
             sentences=[sentence(envelope)],
             record=as_json(envelope),
-            facts=[fact(one) for one in envelope.panels],
+            facts=[fact(one) for one in envelope.panels] if self.asked.by else [],
             figures=[Figure(PICTURE, caption(envelope, bool(links)), label="Map")],
             sections=[
-                TableSection("Panel by panel", "panels", HEADER, rows),
+                TableSection("Panel by panel" if self.asked.by else "", "panels", HEADER, rows),
                 TableSection("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),
             ],
             paper=booktabs(HEADER, [rows], [name]),
@@ -119,7 +120,7 @@ def settings(request: Request) -> list[tuple[str, str]]:
         ),
         ("flights per cell", str(request.flights)),
         ("a flight fails", request.campaign.failing),
-        ("a cell counts as flyable", f"if at least {100 * FLYABLE:g} % of its flights succeed"),
+        ("a cell counts as flyable", f"if {enough(request)[0]} succeed"),
         ("results of every cell", DATA),
     ]
 
@@ -177,9 +178,9 @@ def answer(envelope: Envelope) -> str:
 
 
 def ends(envelope: Envelope) -> str:
-    """Where the error is least and where it is largest, in a sentence after a blank."""
+    """Where the error is least and where it is largest, of cells that can be flown, in a sentence after a blank."""
     asked, cells = envelope.asked, envelope.cells
-    shown = np.where(coloured(cells), cells.rmse, np.nan)
+    shown = np.where(cells.flyable, cells.rmse, np.nan)
     if np.isfinite(shown).sum() < 2 or np.nanmin(shown) == np.nanmax(shown):
         return ""
     axes = [(one, place) for place, one in ((2, asked.x), (1, asked.y), (0, asked.by)) if one]
@@ -188,7 +189,8 @@ def ends(envelope: Envelope) -> str:
         where = np.unravel_index(found, shown.shape)
         at = units.listed([in_words(one.key, one.values[where[place]]) for one, place in axes])
         told.append(f"{units.quantity(float(shown[where]), 'm')} ({at})")
-    return f" The {'median ' if asked.flights > 1 else ''}position RMSE goes from {told[0]} to {told[1]}."
+    what = f"{'median ' if asked.flights > 1 else ''}position RMSE"
+    return f" Where it can be flown, the {what} goes from {told[0]} to {told[1]}."
 
 
 def idle(envelope: Envelope) -> str:
@@ -207,24 +209,35 @@ def idle(envelope: Envelope) -> str:
 
 
 def most_of(request: Request) -> str:
-    """How many of a point's flights count for all, where there are several."""
+    """How many of a point's flights count for all, where there are several, and how much so many show."""
     if request.flights > 1:
-        return f", that is, at least {100 * FLYABLE:g} % of {request.flights} flights succeed"
+        flights, low = enough(request)
+        sure = f" (95 % interval from {units.percent(low)})" if request.random else ""
+        return f", that is, {flights} of each succeeded{sure}"
     return " in the one flight of each, which chance varies" if request.random else ""
 
 
+def enough(request: Request) -> tuple[str, float]:
+    """How many flights must succeed for a cell to count as flyable, and where the 95 % interval of so many begins."""
+    flights = request.flights
+    least = next(count for count in range(flights + 1) if count / flights >= FLYABLE)
+    return f"{'all' if least == flights else f'at least {least} of'} {flights} flights", share(least, flights).low
+
+
 def caption(envelope: Envelope, linked: bool) -> str:
-    """What the map shows: where it ends, or that it does not. linked: whether cells with a dot are links."""
-    grey = int((~coloured(envelope.cells)).sum())
-    whose = "the flight" if envelope.asked.flights == 1 else "the first flight"
-    watch = f" Click a dot to see {whose} of that cell." if linked else ""
-    known = [one.rmse for one in envelope.panels if one.rmse]
-    least, most = (units.quantity(end(each[i] for each in known), "m") if known else "" for i, end in ((0, min), (1, max)))
-    colour = f"Colour: median position RMSE, from {least} to {most}; lighter means larger. " if known else ""
-    if grey:
-        few = "in which fewer than half of the flights succeed" if envelope.asked.flights > 1 else "whose flight fails"
-        return f"{colour}Grey: {units.counted(grey, 'cell')} {few}, hatched by cause.{watch}"
-    return f"{colour}No cell is grey: the limit of flying lies outside this map, or between its points.{watch}"
+    """What the map shows. linked: whether cells with a dot are links."""
+    cells, seen = envelope.cells, coloured(envelope.cells)
+    several = envelope.asked.flights > 1
+    parts = [f"Click a white dot to see the {'first ' if several else ''}flight of that cell."] * linked
+    if not seen.all():
+        few = "in which fewer than half of the flights succeed" if several else "whose flight fails"
+        look = "Hatched by cause" if cells.cause[~seen].any() else "Dotted"
+        parts = [f"{look}: {units.counted(int((~seen).sum()), 'cell')} {few}.", *parts]
+    if seen.any():
+        least, most = (units.quantity(float(end(cells.rmse[seen])), "m") for end in (np.min, np.max))
+        what = f"{'median ' if several else ''}position RMSE"
+        parts = [f"Colour: {what}, from {least} to {most}; lighter means larger.", *parts]
+    return " ".join(parts)
 
 
 def fact(one: MapPanel) -> markup.Fact:

@@ -177,7 +177,16 @@ def in_brief(cause: str) -> str:
 
 
 CONTOURS: dict[float, Literal[":", "-", "--"]] = {0.05: ":", 0.5: "-", 0.95: "--"}
-"""Lines of equal success rate, where a cell has several flights."""
+"""Lines of equal success rate, where a cell has so many flights that one of them can fail or succeed at that rate."""
+
+
+def contours(share: NDArray[np.float64], flights: int) -> dict[float, Literal[":", "-", "--"]]:
+    """Those of `CONTOURS` that occur among these shares. flights: of each cell."""
+    if min(share.shape[-2:]) < 2:
+        return {}
+    fine = {level: line for level, line in CONTOURS.items() if flights * min(level, 1.0 - level) >= 1.0}
+    return {level: line for level, line in fine.items() if share.min() < level <= share.max()}
+
 
 MOST_HATCHED = 20_000
 """Spans of cells that are hatched; beyond, grey has to do."""
@@ -245,14 +254,9 @@ def draw_panel(axes: Axes, request: Request, cells: Cells, place: int, norm: Log
     across, up = edges(request.x), edges(request.y)
     for number, name in enumerate(CAUSES):
         hatch(axes, ~good & (cause == number), across, up, name)
-    if request.flights > 1 and min(good.shape) > 1:
-        share = cells.share[place]
-        levels = [level for level in CONTOURS if share.min() < level <= share.max()]
+    if lines := contours(cells.share[place], cells.flights):
         centres = [0.5 * (edge[1:] + edge[:-1]) for edge in (across, up)]
-        if levels:
-            axes.contour(
-                *centres, share, levels, colors="black", linewidths=1.2, linestyles=[CONTOURS[level] for level in levels]
-            )
+        axes.contour(*centres, cells.share[place], [*lines], colors="black", linewidths=1.2, linestyles=[*lines.values()])
     tell_cells(axes, request, cells, place)
     for axis, given in ((axes.xaxis, request.x), (axes.yaxis, request.y)):
         if given.ranged:
@@ -345,13 +349,10 @@ def legend(request: Request, cells: Cells) -> list[Artist]:
         for number, name in enumerate(CAUSES)
         if (grey & (cells.cause == number)).any()
     ]
-    if request.flights > 1 and min(request.shape[1:]) > 1:
-        lines = {level: style for level, style in CONTOURS.items() if cells.share.min() < level <= cells.share.max()}
-        handles += [
-            Line2D([], [], color="black", linewidth=1.2, linestyle=style, label=f"{100 * level:g} % succeed")
-            for level, style in lines.items()
-        ]
-    return handles
+    return handles + [
+        Line2D([], [], color="black", linewidth=1.2, linestyle=style, label=f"{100 * level:g} % succeed")
+        for level, style in contours(cells.share, cells.flights).items()
+    ]
 
 
 def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: LogNorm, request: Request) -> None:
