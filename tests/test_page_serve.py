@@ -634,7 +634,7 @@ def test_an_article_has_its_own_title_and_no_place_or_picture_that_says_nothing(
     (found,) = results(tmp_path)
     assert (found.name, found.kind) == ("Explained", "Article")
     text = answer(tmp_path, "/").text
-    assert '<p class="place"></p>' in text and "no picture" not in text
+    assert '<p class="place"></p>' in text and 'class="thumb"' not in text
 
 
 def test_a_folder_without_results_says_what_makes_some(tmp_path):

@@ -79,13 +79,10 @@ def facts_tile(result: ResultFolder) -> str:
     return f'<p class="facts">{told}</p>'
 
 
-NO_PICTURE = "<span>no picture</span>"
-
-
 def picture(result: ResultFolder) -> str:
-    """Its thumbnail: of a flight its path."""
+    """Its thumbnail: of a flight its path; nothing where there is none."""
     if "flight.csv" not in result.files and result.picture is None:
-        return NO_PICTURE
+        return ""
     file = address(result, result.picture or "")
     source = address(result, "").replace("/files/", "/thumb/", 1) if "flight.csv" in result.files else file
     return f'<img loading="lazy" alt="" src="{escape(source)}">'
@@ -134,7 +131,7 @@ def card(result: ResultFolder) -> str:
     attributes = " ".join(f'data-{key}="{escape(value)}"' for key, value in data.items())
     href, told = escape(best(result)), facts_tile(result)
     drawn = picture(result)
-    shown = f'<a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{drawn}</a>' * (drawn != NO_PICTURE)
+    shown = drawn and f'<a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{drawn}</a>'
     return (
         f'<li {attributes}>{shown}<div class="card">'
         f'<p class="head"><span class="kind">{escape(result.kind)} {grade_mark(result.grade)}</span> {number}</p>'
