@@ -147,5 +147,5 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
         f"The certificate ends at {found.until:.3g} s: from then on the law commands a thrust straight down, where phi_d jumps"
     )
     assert (cut in answer(found)) == lost
-    assert all(len(row) == 2 for row in tables(found).checks)
+    assert all(len(row) == 2 for row in tables(found)[2])
     assert facts(found)[0].value == ("flight lost" if lost else "untested")

@@ -1,6 +1,6 @@
 """A certificate as JSON and as a table for the screen."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -254,15 +254,10 @@ def brief(value: float | None) -> str:
     return "–" if value is None else f"{value:.4g}"
 
 
-class CertificateTables(NamedTuple):
-    """Rows of text. conditions: on this flight, at any attitude, what is asked; ball: value and bound; checks: value."""
-
-    conditions: list[list[str]]
-    ball: list[list[str]]
-    checks: list[list[str]]
-
-
-def tables(c: FlightCertificate) -> CertificateTables:
+def tables(c: FlightCertificate) -> tuple[list[list[str]], list[list[str]], list[list[str]]]:
+    """Rows of text: the conditions on this flight, at any attitude and as asked; of the ball, value and bound; of the checks,
+    value.
+    """
     k, full = c.conditions, record(c)
     nets, flight, rate, coupling = full["nets"], full["flight"], full["lyapunov"], full["coupling"]
     plain, work, fell = nets["least_squares"], rate["work[J]"], rate["share_falling_outside_b_r"]
@@ -302,7 +297,7 @@ def tables(c: FlightCertificate) -> CertificateTables:
         ["the same, largest", brief(coupling["largest_ratio"])],
         ["the same, median", brief(coupling["median_ratio"])],
     ]
-    return CertificateTables(conditions, ball, checks)
+    return conditions, ball, checks
 
 
 def seen(c: FlightCertificate) -> str:

@@ -78,7 +78,7 @@ def figures_of(c: FlightCertificate, name: str) -> list[FigureJob]:
 def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, object]) -> Evidence:
     """What was found. mission: as it was flown."""
     lost = None if c.outcome is Outcome.COMPLETED else f"lost at {c.ended:.4g} s"
-    rows = tables(c)
+    conditions, ball, checks = tables(c)
     return Evidence(
         name=name,
         kind="Certificate",
@@ -88,12 +88,12 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
         facts=facts(c),
         figures=[Figure(NAME, f"{seen(c)}{'' if lost else ' Time is logarithmic.'}")],
         sections=[
-            TableSection("Conditions", "conditions", CONDITIONS, rows.conditions, f"In numbers: {verdict}.", shown=name),
-            TableSection("Ball", "ball", ("", "measured", "bound"), rows.ball, shown="The ball"),
+            TableSection("Conditions", "conditions", CONDITIONS, conditions, f"In numbers: {verdict}.", shown=name),
+            TableSection("Ball", "ball", ("", "measured", "bound"), ball, shown="The ball"),
             markup.note(
                 "Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."
             ),
-            TableSection("Checks", CHECKS, ("", "value"), rows.checks, shown="Checks"),
+            TableSection("Checks", CHECKS, ("", "value"), checks, shown="Checks"),
             Figure(CHECKS, f"{checked(c)} Axes are logarithmic, those of rates on both sides of zero."),
         ],
         cases=(Case("completed", lost),),
