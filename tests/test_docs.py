@@ -387,7 +387,7 @@ def test_the_site_builds_without_a_warning(tmp_path):
     done = subprocess.run([sys.executable, *build], capture_output=True, text=True, check=False, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     html = (tmp_path / "html" / "keys.html").read_text()
-    assert 'id="uniform"' in html
+    assert 'id="uniform"' in html and re.search(r'<tr[^>]* id="[\w-]+-low"', html), "a key can be linked to"
     first = (tmp_path / "html" / "index.html").read_text()
     assert "with --overwrite: it’s “−6 dB” and 5\N{NO-BREAK SPACE}×" in first
     assert '<div class="pair"><div class="equation"' in first

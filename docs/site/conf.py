@@ -77,6 +77,30 @@ def set_numbers(_app: "Sphinx", tree: nodes.document) -> None:
             text.parent.replace(text, nodes.Text(changed))
 
 
+def link_rows(app: "Sphinx", tree: nodes.document) -> None:
+    """Rows of keys and of the glossary, by the words they begin with, and exercises of the lessons, each with a link to it."""
+    place = app.env.docname
+    for row in tree.findall(nodes.row):
+        name = row[0].astext()
+        inside = row.parent.parent.parent.parent
+        if isinstance(row.parent, nodes.tbody) and (place == "glossary" or "keys" in inside.get("classes", ())):
+            titles = [
+                f"{one}-" for one in inside.parent["ids"][::-1] if not one.startswith("id")
+            ]  # id1: of a title met before
+            link(row, f"{titles[0] if place != 'glossary' and titles else ''}{nodes.make_id(name)}", row[0][0])
+    if place.startswith("lessons/"):
+        for listed in tree.findall(nodes.enumerated_list):
+            if isinstance(listed.parent, nodes.section) and "exercises" in listed.parent["ids"]:
+                for number, item in enumerate(listed, 1):
+                    link(item, f"exercise-{number}", item[0])
+
+
+def link(there: nodes.Element, name: str, text: nodes.Element) -> None:
+    """Give a place a name, and its text a mark that links to it."""
+    there["ids"].append(name)
+    text += nodes.reference("", "¶", internal=True, refid=name, classes=["headerlink"])
+
+
 def put_inline(translator: "HTML5Translator", node: nodes.math) -> None:
     """A formula in a line of text."""
     translator.body.append(in_line(node.astext(), escape(node.get("after", ""))))
@@ -104,5 +128,6 @@ def put_displayed(translator: "HTML5Translator", node: nodes.math_block) -> None
 def setup(app: "Sphinx") -> None:
     """Formulas by quadstep's own MathML (docs/decisions/0019), as in reports and the article; no script, no font to load."""
     app.connect("doctree-read", set_numbers, priority=100)  # before titles are collected
+    app.connect("doctree-read", link_rows)
     app.connect("doctree-resolved", hold_punctuation)
     app.add_html_math_renderer("mathml", (put_inline, None), (put_displayed, None))

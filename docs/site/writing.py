@@ -168,6 +168,7 @@ def write_pages(source: Path, results: Mapping[Path, tuple[Path, Sequence[Ran]]]
         folder, ran = results.get(path, (None, []))
         written = path.read_text(encoding="utf-8")
         text = with_listings(written if answers else written.partition(SOLVED)[0], ran, place.split("/")[0] in SHOWING)
+        text = re.sub(r"^<details>(?=<summary>(\d+)</summary>)", r'<details id="answer-\1">', text, flags=re.MULTILINE)
         text = text if place == "index.md" else with_sections(text)
         text = with_flights(with_links(text, place, there), folder, source / "flown", place)
         (source / place).parent.mkdir(parents=True, exist_ok=True)
