@@ -10,7 +10,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.mission.read import read_mission
 from quadstep.page.build import fly_missions
-from quadstep.studies.flight_report import left_path, write_report
+from quadstep.studies.flight_report import gain_rows, left_path, write_report
 from tests.commands import write
 from tests.needs import CHROMIUM, needs, package
 
@@ -72,3 +72,13 @@ def test_the_page_says_the_same_and_no_more_once_the_wind_is_gone(open_page, tmp
     assert page.locator("#plot-attitude .note").inner_text() == found[0]
     page.evaluate("quadstep.setControl('wind', 0)")
     assert page.locator("#plot-attitude .note").is_hidden()
+
+
+def test_a_report_has_the_gains_that_were_flown_and_says_which_are_defaults(tmp_path):
+    text = TEXT.format(law="geometric", wind=0.0).replace('"geometric"', '"geometric", k_R = 40.0')
+    plain, late = (gain_rows(read_mission(write(tmp_path, one))) for one in (text, text + "sensors = { latency = 0.12 }\n"))
+    given = {name: (value, origin) for name, value, _, origin, _ in plain}
+    assert given["k_R"] == ("40.0", "")
+    value, origin = given["k_x"]
+    assert origin == "default"
+    assert float(dict(row[:2] for row in late)["k_x"]) < 0.5 * float(value)  # late fixes make it slower

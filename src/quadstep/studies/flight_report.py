@@ -13,9 +13,11 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.off_command import off_command
 from quadstep.metrics.registry import Metrics, group, metric, rest_of
 from quadstep.metrics.verdict import FlightGrade, graded
+from quadstep.mission.listings import rounded, written
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 from quadstep.report.panels import in_space
+from quadstep.studies.tuning.gains import filled_in
 
 if TYPE_CHECKING:
     from quadstep.mission.schema import Mission
@@ -47,6 +49,10 @@ def write_report(
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]
     content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2, exclude_none=True))
     sections += [TableSection("Mission", "flown"), markup.verbatim(content, "every key of the mission that has a value")]
+    if rows := gain_rows(mission):
+        sections.append(
+            markup.disclosure("the gains flown", markup.table(GAINS, rows, units.rich) + markup.paragraph(DEFAULT))
+        )
     if left := mission.controller.left:
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(markup.verbatim("\n".join(left), whose))
@@ -144,6 +150,20 @@ def own_facts(mission: "Mission", metrics: Metrics) -> list[markup.Fact]:
     """The metrics that the mission names, as far as the flight has them."""
     named = ((units.metric(one.full_name), metrics.get(one.full_name)) for one in mission.own_metrics)
     return [markup.Fact(words, units.quantity(value, unit)) for (words, unit), value in named if isinstance(value, float)]
+
+
+GAINS = ("gain", "value", "unit", "", "meaning")
+
+DEFAULT = "How defaults follow from a vehicle and its delays: docs/controllers.md, Default gains."
+
+
+def gain_rows(mission: "Mission") -> list[list[str]]:
+    """What the controller flew with, and what of it the mission leaves to the default."""
+    values, given = filled_in(mission), mission.controller.model_fields_set
+    return [
+        [key, written(rounded(values[key]), gain.stands_for_three), gain.unit, "" if key in given else "default", gain.meaning]
+        for key, (_, gain) in mission.controller.controller.by_key().items()
+    ]
 
 
 HEADER = ("", "RMSE", "largest", "final", "unit")
