@@ -235,7 +235,9 @@ def test_a_broken_inequality_is_told_by_the_exit_code(monkeypatch, tmp_path, cap
     with pytest.raises(SystemExit) as stop:
         cli.main()
     assert stop.value.code == 1
-    assert "broken" in capsys.readouterr().out
+    said = " ".join(capsys.readouterr().out.split())
+    assert "broken" in said
+    assert "the completed law without counter-term 0: 0 gained" in said, "laws in words"
     assert json.loads((tmp_path / "out" / "metrics.json").read_text())["statements"][0]["holds"] is False
 
 

@@ -18,6 +18,7 @@ from quadstep.metrics.verdict import Case
 from quadstep.proofs.theory.inequalities import STATEMENTS, Sides, Statement
 from quadstep.proofs.theory.trials import (
     COMPLETED,
+    COUNTER_ONLY,
     DIMENSIONS,
     INNER_LOOPS,
     LAWS,
@@ -154,12 +155,15 @@ DARKEST, LIGHTEST = 3.0, -2.0
 
 
 def draw_map(folder: Path, cells: list[GridFlight]) -> None:
-    """completion.png and completion.svg: inner loop down, t_f across; a block for each scale, nets and law."""
+    """completion.png and completion.svg: inner loop down, t_f across; a block for each scale, nets and law, but for those in
+    which all is lost.
+    """
     found = {cell[:6]: cell for cell in cells}
     with drawing(Sheet(), {"axes.grid": False}):
-        blocks = [(nets, scale) for nets in (True, False) for scale in SCALES]
+        flown = {(cell.nets, cell.scale) for cell in cells if cell.rmse is not None}
+        blocks = [(nets, scale) for nets in (True, False) for scale in SCALES if (nets, scale) in flown]
         figure = Drawing(figsize=(2.6 * len(LAWS), 2.0 * len(blocks)))
-        grid = figure.subplots(len(blocks), len(LAWS))
+        grid = figure.subplots(len(blocks), len(LAWS), squeeze=False)
         figure.subplots_adjust(0.09, 0.045, 0.995, 0.94, 0.06, 0.3)
         for row, (nets, scale) in enumerate(blocks):
             for axes, law in zip(grid[row], LAWS, strict=True):
@@ -232,6 +236,14 @@ def as_json(completion: Completion) -> dict[str, object]:
     }
 
 
+NAMED = {
+    COUNTER_ONLY: "the law with only the counter-term added",
+    COMPLETED: "the completed law",
+    UNCOUNTERED: "the completed law without counter-term",
+}
+"""Laws in a sentence."""
+
+
 def sentences(completion: Completion) -> list[str]:
     """The findings in words, with their numbers."""
     u = completion.uncountered
@@ -241,9 +253,10 @@ def sentences(completion: Completion) -> list[str]:
         f"{completion.margins[0].samples:,} random closed loops and where a search brings them nearest to failing; "
         f"{sum(m.bites for m in completion.margins)} fail if any term of their bound is made a tenth smaller.",
         *(
-            f"Of {s.flights} flights the paper's law completes {s.other_flies}, '{law}' {s.law_flies}: {s.gained} gained, "
-            f"{s.lost} lost. Where both complete, the RMSE of '{law}' is {s.best_ratio:.2g} to {s.worst_ratio:.4g} times that "
-            f"of the paper's law; it is larger by more than 1 % in {counted(s.worse, 'flight')}."
+            f"Of {s.flights} flights the paper's law completes {s.other_flies}, {NAMED[law]} {s.law_flies}: {s.gained} "
+            f"gained, {s.lost} lost. Where both complete, the RMSE of {NAMED[law]} is {s.best_ratio:.2g} to "
+            f"{s.worst_ratio:.4g} times that of the paper's law; it is larger by more than 1 % in "
+            f"{counted(s.worse, 'flight')}."
             for law, s in completion.summaries.items()
         ),
         f"Without its counter-term the completed law flies {u.law_flies} of these {u.flights}, with it {u.other_flies}; where "
@@ -258,7 +271,10 @@ STATED = (
     "Worst margin relative to the terms it is made of; a negative one of up to 1e-9 is round-off. Used up: the least share of "
     "a term of the bound that some closed loop needs; above 0.9 the statement fails with 0.9 of any term."
 )
-MAPPED = "Position RMSE; x: lost. The completed laws fly where the paper's is lost."
+MAPPED = (
+    "Position RMSE; x: lost. Scales and nets with which every flight is lost are not drawn. The completed laws fly where the "
+    "paper's is lost."
+)
 SEEN = "The theorem on closed loops, random and sought out"
 
 
