@@ -235,6 +235,8 @@ def test_notebooks_have_cells_that_nbgrader_strips_and_grades(tmp_path, monkeypa
 
 def test_check_says_what_is_not_met_and_gives_a_hint(tmp_path):
     file = mission_of("4.4", tmp_path, {})
+    alone = quadstep("check", "4.4", "--hint")
+    assert alone.code == 0 and alone.out.startswith("4.4: ")
     run = quadstep("check", "4.4", file, "--hint")
     assert run.code == 4
     assert "4.4 not solved" in run.out

@@ -19,6 +19,10 @@ def waypoints(*times: float) -> str:
 
 
 CASES = {
+    "unit in a text": (
+        '[path]\ntype = "circle"\nradius = "5 m"\nperiod = 9.0\n',
+        "should be a number in m, not '5 m'",
+    ),
     "misspelt key": (LINE + "[vehicle]\nmas = 1.0\n", "; did you mean mass?"),
     "misspelt radius": (
         '[path]\ntype = "circle"\nradus = 1.0\nperiod = 9.0\n',
@@ -225,6 +229,9 @@ def test_a_very_long_value_is_cut(tmp_path):
 def test_a_missing_mission_file_is_named(tmp_path):
     with pytest.raises(UserError, match=r"nowhere\.toml: file not found"):
         read_mission(tmp_path / "nowhere.toml")
+    (tmp_path / "log.csv").write_text("t,x\n0,1\n")
+    with pytest.raises(UserError, match=r"log\.csv: a TOML file is needed, not one that ends in \.csv$"):
+        read_mission(tmp_path / "log.csv")
 
 
 def test_a_folder_is_no_mission(tmp_path):

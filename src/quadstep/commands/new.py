@@ -35,20 +35,27 @@ def new(
 
 def check(
     lesson: Annotated[str, typer.Argument(help="A lesson (4), or one exercise (4.5).")],
-    mission: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="Your mission (TOML).")],
+    mission: Annotated[Path | None, typer.Argument(metavar="MISSION.toml", help="Your mission (TOML).")] = None,
     course: Annotated[Path | None, typer.Option(help="A file of exercises instead of the package's (docs/lessons).")] = None,
-    hint: Annotated[bool, typer.Option("--hint", help="Give a hint for each unsolved exercise.")] = False,
+    hint: Annotated[bool, typer.Option("--hint", help="Hints for what is not solved; all, without a mission.")] = False,
     *,
     delivery: Delivery,
 ) -> None:
     """Check your solution of a lesson's exercise by flying it.
 
-    For a lesson, checks the exercises that your mission fits. Exit code 0: solved. 2: bad input. 4: not solved.
+    For a lesson, checks its exercises that ask for a mission like yours. Exit code 0: solved. 2: bad input. 4: not solved.
     """
     from quadstep.mission.read import read_mission
     from quadstep.studies.lessons import OWN, check_tasks, tasks
 
-    found = check_tasks(tasks(lesson, course or OWN), read_mission(mission))
+    asked = tasks(lesson, course or OWN)
+    if mission is None:
+        if not hint or delivery.as_json:
+            raise UserError("MISSION.toml: missing; only --hint can do without your mission")
+        for task in asked:
+            say(f"{task.name}: {task.hint or 'no hint'}")
+        return
+    found = check_tasks(asked, read_mission(mission))
     others = [one for one in found if one.strange]
     none = len(others) == len(found)
     chosen = found if none else [one for one in found if not one.strange]

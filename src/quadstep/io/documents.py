@@ -27,13 +27,22 @@ DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}", re.A
 """Both take time in proportion to the text, whatever it contains."""
 
 
+OTHER_KINDS = ".bin", ".csv", ".html", ".json", ".log", ".md", ".py", ".xml"
+"""Endings of files whose errors as TOML would be no help."""
+
 KEYS = re.compile(r"\('[^)]*',?\)")
 """A key as errors of Python's parser have it, a tuple of its parts."""
 
 
 def read_toml(path: Path) -> dict[str, object]:
     """The content of a TOML file. Raises UserError naming it."""
-    return parse_toml(files.read_text(path, files.TOML), str(path))
+    text = files.read_text(path, files.TOML)
+    try:
+        return parse_toml(text, str(path))
+    except UserError:
+        if path.suffix.lower() in OTHER_KINDS:
+            raise UserError(f"{path}: a TOML file is needed, not one that ends in {path.suffix}") from None
+        raise
 
 
 def parse_toml(text: str, source: str) -> dict[str, object]:

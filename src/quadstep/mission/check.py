@@ -15,6 +15,9 @@ from quadstep.mission.presets import origin
 RANGES = "greater_than", "greater_than_equal", "less_than", "less_than_equal"
 """Types of errors that a quantity's unit is said of."""
 
+NOT_NUMBERS = "float_parsing", "float_type"
+"""Types of errors of which the unit of the number is said."""
+
 INSIDE = "inside"
 """Type of an error that is within a table of another model: its context has that model and the problem."""
 
@@ -86,6 +89,7 @@ def describe(model: type[BaseModel], problem: Any) -> str:
     }.get(kind)
     if said is None:
         text = problem["msg"].removeprefix("Value error, ").removeprefix("Input ").replace("valid tuple", "list")
+        text = f"should be a number in {note.unit}" if kind in NOT_NUMBERS and note.unit else text
         entries = text.startswith(EVERY)
         unit = f" {note.unit}" if note.unit and (entries or kind in RANGES) else ""
         said = f"{text}, not {shorten(given)}{unit}" if entries or kind != "value_error" else text
