@@ -172,5 +172,5 @@ SEARCHES = [
         "a loop that advise calls sound", "no loop is called sound, as flown or with the advised gains, that is not", loops
     ),
     Search("margins that advise measures", "crossovers are within 5 %, phase margins within 3 degrees", vehicles),
-    Search("intervals of advise", "95 % of the intervals of a phase margin hold it", noisy),
+    Search("intervals of advise", "95 % of the intervals of a phase margin hold it", noisy, slow=True),
 ]

@@ -153,7 +153,9 @@ def held(seed: int) -> Iterable[Attempt]:
 
 
 SEARCHES = [
-    Search("cannot hover", "no vehicle holds its place in a wind in which it is said not to be able to hover", held),
+    Search(
+        "cannot hover", "no vehicle holds its place in a wind in which it is said not to be able to hover", held, slow=True
+    ),
     Search("as asked, a lost rotor", "no flight that loses a rotor 0.1 s before its end or earlier is as asked", lost_rotors),
     Search("as asked, far off", "no flight that is off its path by more than 3 m on average is as asked", far_off, bound=True),
     Search("shaking", "a flight is called shaking if its thrust's axis shakes, and not if it does not", shakes),

@@ -81,9 +81,14 @@ def covered(seed: int) -> Iterable[Attempt]:
 
 
 SEARCHES = [
-    Search("interval of an identified number", "no identified number is further off than twice its 95 % interval", flights),
-    Search("interval, other simulator", "nor where the vehicle has structure that no model has", of_structure),
-    Search("coverage, other simulator", "intervals of identified numbers hold 95 % of them there", covered),
+    Search(
+        "interval of an identified number",
+        "no identified number is further off than twice its 95 % interval",
+        flights,
+        slow=True,
+    ),
+    Search("interval, other simulator", "nor where the vehicle has structure that no model has", of_structure, slow=True),
+    Search("coverage, other simulator", "intervals of identified numbers hold 95 % of them there", covered, slow=True),
 ]
 
 

@@ -40,12 +40,14 @@ class Search(NamedTuple):
     verdict: the promise that is attacked, as a sentence.
     attempts: from a seed, one attempt after another; the same ones for the same seed. It may go on for ever.
     bound: whether the verdict is a bound, so that attempts that stay far below it are news.
+    slow: whether its first attempt takes ten seconds or more; such ones begin, so that the others share what time is left.
     """
 
     name: str
     verdict: str
     attempts: Callable[[int], Iterable[Attempt]]
     bound: bool = False
+    slow: bool = False
 
 
 class Outcome(NamedTuple):
@@ -71,7 +73,7 @@ def modules() -> list[str]:
 def searches() -> dict[str, Search]:
     """All searches by name."""
     every = [each for name in modules() for each in importlib.import_module(name).SEARCHES]
-    found = {each.name: each for each in every}
+    found = {each.name: each for each in sorted(every, key=lambda one: not one.slow)}
     if len(found) < len(every):
         raise ValueError("two searches have the same name")
     return found

@@ -141,7 +141,7 @@ def searched(seed: int) -> Iterable[Attempt]:
                 yield Attempt(0.0 if one.margins[2] >= min(one.margins[0], CLOSE) else 2.0, said)
 
 
-SEARCHES = [Search("two flights and their advice", "no vehicle has less margin after them than before", searched)]
+SEARCHES = [Search("two flights and their advice", "no vehicle has less margin after them than before", searched, slow=True)]
 
 
 def main() -> None:

@@ -112,5 +112,10 @@ def intervals(seed: int) -> Iterable[Attempt]:
 
 
 SEARCHES = [
-    Search("intervals of what-if", "of 95 % intervals of what-if at least 93 % hold what many more flights give", intervals)
+    Search(
+        "intervals of what-if",
+        "of 95 % intervals of what-if at least 93 % hold what many more flights give",
+        intervals,
+        slow=True,
+    )
 ]
