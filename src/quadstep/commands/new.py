@@ -21,7 +21,7 @@ def new(
     ] = None,
     paper: Annotated[bool, typer.Option("--paper", help="Use the paper's plant and controller instead of a vehicle.")] = False,
     controller: Annotated[
-        str | None, typer.Option(help="Controller type; default: rotation-backstepping, or the paper's with --paper.")
+        str | None, typer.Option(help="Default: rotation-backstepping (a file without: geometric); with --paper the paper's.")
     ] = None,
 ) -> None:
     """Write a commented mission file to start from."""
