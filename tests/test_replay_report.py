@@ -83,7 +83,14 @@ def test_the_report_shows_predictions_simulations_and_estimates(tmp_path, logs):
         r"The simulated RMSE is within a factor of two of the real one in \d of 2 flights, and the simulated", said
     )
     assert "The Kalman filter's position is off by" in said
-    for words in ("crazyflie, 2 flights", "zero rate", "B0_made: setpoint, real", "B1_made: how far estimates", "Thrust"):
+    for words in (
+        "crazyflie, 2 flights",
+        "zero rate",
+        "B0_made: setpoint, real",
+        "B1_made: how far estimates",
+        "Thrust",
+        "The other flight B1",
+    ):
         assert words.lower() in said.lower(), words
     names = files(tmp_path / "r")
     for name in ("errors", "again0", "again1", "estimate0", "estimate1"):

@@ -66,7 +66,8 @@ def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet) -
     flown, estimated = ([figure_of(out, job, sheet) for job in jobs] for jobs in (again, estimates))
     caption = "Mean prediction error against the time ahead: the vehicle helps where its line is below both guesses."
     rest = [*flown[1:], *estimated[1:]]
-    more = [markup.heading("The other flights", "others")] if rest else []
+    several = "s" * (max(len(flown), len(estimated)) > 2)
+    more = [markup.heading(f"The other flight{several}", "others")] if rest else []
     if not groups:
         return evidence._replace(figures=[*flown[:1], *estimated[:1]], sections=[*evidence.sections, *more, *rest])
     beside = {"simulated": flown[:1], "estimates": estimated[:1]}
