@@ -380,7 +380,9 @@ def test_long_tables_go_on_over_the_page_on_paper(tmp_path, browsers):
 @needs(SITE)
 def test_the_site_builds_without_a_warning(tmp_path):
     said = "Again with --overwrite: it's \"-6 dB\" and 5e-6 kg m^2, not `'-6 x^2'`.\n\n$$a = b, \\qquad c = d$$"
-    (tmp_path / "index.md").write_text(f"# A\n\n{said}\n\n```{{toctree}}\nkeys\ncommands\n```\n")
+    (tmp_path / "index.md").write_text(f"# A\n\n{said}\n\n```{{toctree}}\nkeys\ncommands\nlessons/1\n```\n")
+    (tmp_path / "lessons").mkdir()
+    (tmp_path / "lessons" / "1.md").write_text("# A\n\nThe phase margin of a mission.\n\n## Exercises\n\n1. Fly.\n2. Land.\n")
     (tmp_path / "keys.md").write_text(keys.page("campaign-file").replace("(docs/campaigns.md)", ""))
     (tmp_path / "commands.md").write_text(commands_page())
     build = ["-m", "sphinx", "-b", "html", "-W", "-q", "-c", str(DOCS / "site"), str(tmp_path), str(tmp_path / "html")]
@@ -390,6 +392,11 @@ def test_the_site_builds_without_a_warning(tmp_path):
     assert 'id="uniform"' in html and re.search(r'<tr[^>]* id="[\w-]+-low"', html), "a key can be linked to"
     first = (tmp_path / "html" / "index.html").read_text()
     assert "with --overwrite: it’s “−6 dB” and 5\N{NO-BREAK SPACE}×" in first
+    lesson = (tmp_path / "html" / "lessons" / "1.html").read_text()
+    assert '<li id="exercise-2">' in lesson
+    assert (
+        '<a class="term reference internal" href="../glossary.html#crossover-phase-margin-gain-margin">phase margin' in lesson
+    )
     assert '<div class="pair"><div class="equation"' in first
     assert "kg m², not" in first and "'-6</span> <span class=\"pre\">x^2'" in first
     fetched = re.findall(r'<(?:link|script|img)[^>]+(?:href|src)="(https?:[^"]+)"', html)

@@ -95,6 +95,29 @@ def link_rows(app: "Sphinx", tree: nodes.document) -> None:
                     link(item, f"exercise-{number}", item[0])
 
 
+def link_terms(app: "Sphinx", tree: nodes.document) -> None:
+    """The first use of every word of the glossary in a lesson, with a link to what it means."""
+    if not re.match(r"lessons/\d", app.env.docname):
+        return
+    cells = re.findall(r"^\| ([\w, -]+?) \|", (here.parent / "glossary.md").read_text(encoding="utf-8"), re.MULTILINE)
+    terms = {
+        term: nodes.make_id(cell)
+        for cell in cells
+        for term in cell.split(", ")
+        if len(term) > 3 and term not in ("word", "rest")
+    }
+    any_term = re.compile(rf"(?<![\w-])(?:{'|'.join(sorted(terms, key=len, reverse=True))})(?![\w-])")
+    for text in [one for one in tree.findall(nodes.Text) if isinstance(one.parent, nodes.paragraph)]:
+        said, parts, done = text.astext(), [], 0
+        for found in any_term.finditer(said):
+            if place := terms.pop(found[0], None):
+                linked = nodes.reference("", found[0], refuri=f"../glossary.html#{place}", classes=["term"], internal=True)
+                parts += [nodes.Text(said[done : found.start()]), linked]
+                done = found.end()
+        if parts:
+            text.parent.replace(text, [*parts, nodes.Text(said[done:])])
+
+
 def link(there: nodes.Element, name: str, text: nodes.Element) -> None:
     """Give a place a name, and its text a mark that links to it."""
     there["ids"].append(name)
@@ -129,5 +152,6 @@ def setup(app: "Sphinx") -> None:
     """Formulas by quadstep's own MathML (docs/decisions/0019), as in reports and the article; no script, no font to load."""
     app.connect("doctree-read", set_numbers, priority=100)  # before titles are collected
     app.connect("doctree-read", link_rows)
+    app.connect("doctree-read", link_terms)
     app.connect("doctree-resolved", hold_punctuation)
     app.add_html_math_renderer("mathml", (put_inline, None), (put_displayed, None))
