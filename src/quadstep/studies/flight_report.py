@@ -141,9 +141,8 @@ def facts(metrics: Metrics, counted: str = "") -> list[markup.Fact]:
         found.append(markup.Fact("least thrust margin", units.percent(1.0 - share), more))
     if "saturated_share" in metrics:
         found.append(markup.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), "of the time"))
-    if rest := rest_of(metrics):
-        found.append(markup.Fact("margins at rest", rest["grade"], rest["why"]))
-    return found
+    rest = rest_of(metrics) or {"grade": "not computed", "why": "quadstep linear takes the time that they need"}
+    return [*found, markup.Fact("margins at rest", rest["grade"], rest["why"])]
 
 
 def own_facts(mission: "Mission", metrics: Metrics) -> list[markup.Fact]:
