@@ -159,4 +159,6 @@ def test_a_weight_that_no_rotor_lifts_is_warned_of(plain, tmp_path):
     run = quadstep("fly", mission, "--out", tmp_path / "out", "--engine", "python")
     assert run.code == 0
     assert "vehicle.rotor.fastest: the rotors lift at most 56.99" in run.err
+    in_grams = read_mission(mission).with_(vehicle__mass=9000.0).vehicle.warnings()[0]
+    assert in_grams.startswith("vehicle.mass: ") and in_grams.endswith("; is the mass in grams?")
     assert all(line.startswith(f"quadstep: warning: {mission}: ") for line in run.err.splitlines())

@@ -174,7 +174,8 @@ class AirframeSection(Section):
         upward = total(mount.axis[2] for mount in geometry.mounts)
         if upward * allocated.most <= weight:
             most = upward * allocated.most
-            return [f"vehicle.rotor.fastest: the rotors lift at most {most:g} N, the weight is {weight:g} N"]
+            key, ask = ("mass", "; is the mass in grams?") if weight > 100.0 * most else ("rotor.fastest", "")
+            return [f"vehicle.{key}: the rotors lift at most {most:g} N, the weight is {weight:g} N{ask}"]
         if upward * allocated.least >= weight:
             least = upward * allocated.least
             return [f"vehicle.rotor.slowest: the rotors lift at least {least:g} N, the weight is {weight:g} N"]
