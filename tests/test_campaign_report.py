@@ -27,7 +27,7 @@ from quadstep.studies.campaign.schema import CampaignFile, read_campaign
 from quadstep.studies.campaign.sensitivity import ExplainedResult, parts_of
 from quadstep.studies.campaign.single_flight import replay_of
 from quadstep.studies.campaign.store import opened
-from quadstep.studies.campaign.summary import sentences, summarise
+from quadstep.studies.campaign.summary import WorstFlight, sentences, summarise
 from quadstep.studies.campaign.varied import Bins, variation_text
 from tests.campaigns import MASS, campaign, leftovers, manifest, rows, varying, written
 from tests.flights import METRICS
@@ -323,6 +323,20 @@ def test_one_key_has_no_interactions_that_the_rest_could_be_due_to(tmp_path):
     text = str(report_text.ranking(campaign(tmp_path, MASS), {"vehicle.mass": one}, {"position_rmse[m]": ("", None)}))
     assert "vehicle mass explains 40.0 [30.0, 50.0] % of the variance. The rest is due to whatever else is random" in text
     assert "interactions" not in text
+    two = {"failure": Estimate(0.19, 0.0, 0.39)}
+    text = str(report_text.ranking(campaign(tmp_path, MASS), {"vehicle.mass": two}, {"failure": ("", None)}))
+    assert "cannot tell whether vehicle mass matters for failure: its share of the variance is 19.0 [0, 39.0] %." in text
+    assert "other keys" not in report_text.keys(1, 12).text
+
+
+def test_the_worst_flights_say_from_when_their_errors_count_and_whether_they_succeeded(tmp_path):
+    one = WorstFlight(19, "completed", None, 0.26, 0.5133)
+    outcome, since = report_text.outcome_of(one, good=False), " from 2 s on"
+    said = report_text.of_flight(one, outcome, since).replace("\N{NO-BREAK SPACE}", " ")
+    assert said == "Flight 19: completed, above a limit, largest error 513.3 mm from 2 s on"
+    text = str(report_text.worst({one: outcome}, [{}], since, tmp_path, tmp_path))
+    assert "largest error from 2 s on" in text
+    assert "then those above a limit, then the rest, the farthest first." in text
 
 
 def test_pairs_are_looked_for_only_among_keys_that_are_independent(tmp_path):

@@ -238,6 +238,8 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
         errors.plot(*thin(t, factor * track.distance), **LINES[0])
         linear(errors, [factor * track.distance])
         errors.set_ylim(bottom=0.0)
+    if track.begin > t[0]:
+        errors.axvspan(t[0], min(track.begin, t[-1]), color="0.9", linewidth=0.0, zorder=0.1)
     errors.set_xlabel("time [s]")
     errors.xaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
     errors.xaxis.set_major_formatter(plain())

@@ -43,11 +43,12 @@ def breadth(points: NDArray[np.float64]) -> float:
 
 @dataclass(frozen=True)
 class Track:
-    """A flight in space. distance [m]: from its path; wanted, flown: points [m], shape (samples, 3)."""
+    """A flight in space. distance [m]: from its path, counts from `begin` [s] on; wanted, flown: points [m], (samples, 3)."""
 
     distance: NDArray[np.float64]
     wanted: NDArray[np.float64]
     flown: NDArray[np.float64]
+    begin: float = 0.0
 
     @cached_property
     def view(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

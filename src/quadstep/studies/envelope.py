@@ -52,8 +52,7 @@ class Map(Study[Envelope]):
 
     def __init__(self, request: Request) -> None:
         self.asked, self.campaign, self.flights = request, request.campaign, request.cells * request.flights
-        axes = [axis.key for axis in request.axes]
-        text = json.dumps(["envelope", self.campaign.fingerprint, request.flights, self.campaign.file.failure, axes])
+        text = json.dumps(["envelope", self.campaign.fingerprint, request.flights, self.campaign.file.failure, keys(request)])
         self.identity = hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def fold(self, flown: Flown) -> Envelope:
@@ -167,14 +166,13 @@ def answer(envelope: Envelope) -> str:
     asked = envelope.asked
     plural = "" if max(one.cells for one in envelope.panels) == 1 else "s"
     over = f"combination{plural} of {words(asked.x.key)} and {words(asked.y.key)}"
+    how, more = f"{asked.campaign.meaning}{most_of(asked)}", f"{ends(envelope)}{idle(envelope)}"
     if all(one.flyable == one.cells for one in envelope.panels):
-        whole = f"Every one of the {envelope.panels[0].cells} {over} can be flown{asked.campaign.meaning}"
-        return (
-            f"{whole}{most_of(asked)}: the limit lies outside this map or between its points.{ends(envelope)}{idle(envelope)}"
-        )
+        whole = f"Every one of the {envelope.panels[0].cells} {over} can be flown{how}"
+        return f"{whole}: the limit lies outside this map or between its points.{more}"
     first, *others = [(f"{one.flyable} of {one.cells}", f" with {one.name}" if one.name else "") for one in envelope.panels]
     parts = [f"{first[0]} {over} can be flown{first[1]}", *(f"{count}{where}" for count, where in others)]
-    return f"{', '.join(parts)}{asked.campaign.meaning}{most_of(asked)}.{ends(envelope)}{idle(envelope)}"
+    return f"{', '.join(parts)}{how}.{more}"
 
 
 def ends(envelope: Envelope) -> str:

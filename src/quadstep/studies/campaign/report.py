@@ -33,6 +33,7 @@ from quadstep.studies.campaign.single import MOST_POINTS, draw_points, flown_aga
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import CampaignSummary
 from quadstep.studies.campaign.varied import VariedKey, bins, varied
+from quadstep.studies.flight_report import errors_since
 
 GLANCE: Mapping[str, Callable[[CampaignSummary], str]] = {
     "outcomes": text.most_often,
@@ -225,14 +226,16 @@ def worst_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
         {label(found.mission, key): value for key, value in found.values.items()} if (found := again[one].replay) else {}
         for one in worst
     ]
-    body += text.worst(summary, values, of.path, of.store.folder)
+    begin, since = of.campaign.mission.scored_from, errors_since(of.campaign.mission)
+    told = {one: text.outcome_of(one, flown[SUCCESS][one.flight].as_py()) for one in summary.worst}
+    body += text.worst(told, values, since, of.path, of.store.folder)
     pictures: list[Section] = []
-    for one in summary.worst:
-        log, title = again[one.flight].log, text.of_flight(one)
+    for one, outcome in told.items():
+        log, title = again[one.flight].log, text.of_flight(one, outcome, since)
         if log is not None and again[one.flight].drawable:
             name = f"flight-{one.flight}"
-            path_job(log, name, title).draw(of.folder, of.sheet)
-            pictures.append(figure(name, title))
+            path_job(log, name, title, begin).draw(of.folder, of.sheet)
+            pictures.append(figure(name, f"{title}; shaded: not counted" if begin else title))
         else:
             why = f"cannot be replayed: {again[one.flight].reason}" if log is None else "it ended before it could be drawn"
             pictures.append(TableSection(text=f"{title}; {why}."))

@@ -49,9 +49,10 @@ def facts(summary: CampaignSummary) -> list[markup.Fact]:
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
         share, one = list(spread.quantiles.items())[-1]
-        what = f"median {words}" if share == QUANTILES[0] else f"{100.0 * share:g}th percentile of {words}"
-        interval = f"95 %: {units.interval(*one, unit)}" if one.bounded else FEW
-        found.append(markup.Fact(what, units.estimate(*one, unit), interval))
+        what, of = ("median", "") if share == QUANTILES[0] else (f"{100.0 * share:g}th percentile", "of ")
+        low, high = (units.quantity(end, unit) for end in one[1:])
+        interval = f"95 % interval of the {what}: {low} to {high}" if one.bounded else FEW
+        found.append(markup.Fact(f"{what} {of}{words}", units.estimate(*one, unit), interval))
     return found
 
 
@@ -191,11 +192,7 @@ def distributions(summary: CampaignSummary) -> TableSection:
         for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
         for q, one in known.items()
     ]
-    text = (
-        "Upper panel: completed flights; lower panel: the share of all flights with a larger value. A flight that ended early "
-        "counts as worse than any other. Dashed: the limit above which a flight counts as failed."
-    )
-    return TableSection(*title, ("of completed flights", "share below", "value with its 95 % interval"), rows, text)
+    return TableSection(*title, ("of completed flights", "share below", "value with its 95 % interval"), rows)
 
 
 FIRST_ORDER = (
@@ -218,6 +215,10 @@ def ranking(
             key = max(clear, key=lambda key: clear[key].value)
             most = "the largest share: " if len(shares) > 1 else ""
             line = f"Of {name}, {words(key)} explains {most}{percent(clear[key])} % of the variance."
+        elif [one.high > 0.0 for one in shares.values()] == [True]:
+            ((key, one),) = shares.items()
+            line = f"These flights cannot tell whether {words(key)} matters for {name}: "
+            line += f"its share of the variance is {percent(one)} %."
         else:
             line = f"No single key explains a share of {name} that differs significantly from zero."
         if clear and len(shares) == 1:
@@ -250,28 +251,30 @@ def ranking(
 
 
 def keys(count: int, most: int) -> TableSection:
-    text = (
-        "All flights, grouped by the key's value or into ranges of equal width (end ranges are merged until they have 20 "
-        "flights); all other keys vary within each group."
-    )
+    text = "All flights, grouped by the key's value or into ranges of equal width (end ranges are merged until they have 20 "
+    text += f"flights){'; all other keys vary within each group' if count > 1 else ''}."
     if count > most:
         text += f" These are the {most} of {count} keys that explain most; the others are in the flight files."
     return TableSection("Individual keys", "keys", text=text)
 
 
-def worst(summary: CampaignSummary, values: Sequence[Mapping[str, object]], path: Path, folder: Path) -> list[Section]:
-    """A table with a column per flight, and the command that replays it. path: of the campaign; folder: of its results."""
-    flights = summary.worst
+def worst(
+    told: Mapping[WorstFlight, str], values: Sequence[Mapping[str, object]], since: str, path: Path, folder: Path
+) -> list[Section]:
+    """A table with a column per flight, and the command that replays it. told: their outcomes; since: when errors count; path:
+    of the campaign; folder: of its results.
+    """
+    flights = [*told]
     names = list(dict.fromkeys(name for one in values for name in one))
     ended = ["ended [s]", *("–" if one.time is None else f"{one.time:.4g}" for one in flights)]
     rows = [
-        ["outcome", *(outcome_of(one) for one in flights)],
+        ["outcome", *told.values()],
         *([ended] if any(one.time is not None for one in flights) else []),
-        ["RMSE", *(length(one.rmse) for one in flights)],
-        ["largest error", *(length(one.largest) for one in flights)],
+        [f"RMSE{since}", *(length(one.rmse) for one in flights)],
+        [f"largest error{since}", *(length(one.largest) for one in flights)],
         *([name, *(text_of(drawn[name], DIGITS) if name in drawn else "–" for drawn in values)] for name in names),
     ]
-    first = "Flights that failed come first: those that ended first, then those farthest from the path."
+    first = "First those lost, the earliest before the others; then those above a limit, then the rest, the farthest first."
     return [
         TableSection("The worst flights", "worst", text=first),
         TableSection(header=("flight", *(str(one.flight) for one in flights)), rows=rows, set_as=escape),
@@ -288,13 +291,13 @@ def length(value: float | None) -> str:
     return "–" if value is None else units.quantity(value, "m", DIGITS)
 
 
-def outcome_of(one: WorstFlight) -> str:
-    return one.outcome if one.outcome == OUTCOMES[0] else lost(one.outcome)
+def outcome_of(one: WorstFlight, good: bool) -> str:
+    return lost(one.outcome) if one.outcome != OUTCOMES[0] else SUCCEEDED if good else ABOVE
 
 
-def of_flight(one: WorstFlight) -> str:
-    ended = f" at {one.time:.4g} s" if one.time is not None else f", largest error {length(one.largest)}"
-    return f"Flight {one.flight}: {outcome_of(one)}{ended}"
+def of_flight(one: WorstFlight, outcome: str, since: str) -> str:
+    ended = f" at {one.time:.4g} s" if one.time is not None else f", largest error {length(one.largest)}{since}"
+    return f"Flight {one.flight}: {outcome}{ended}"
 
 
 def differing(one: WorstFlight, log: FlightLog, campaign: Campaign) -> str:
