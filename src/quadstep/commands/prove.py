@@ -20,11 +20,11 @@ def prove(
     mission: Annotated[Path | None, typer.Argument(metavar="MISSION.toml", help="Mission file (TOML).")] = None,
     force: Annotated[
         float | None,
-        typer.Option(help="Bound of the unknown force on each axis [N]; default: 2.3e-4 on the paper's plant, else 0."),
+        typer.Option(help="Bound on the unknown force on each axis [N]; default: 2.3e-4 on the paper's plant, else 0."),
     ] = None,
     torque: Annotated[
         float | None,
-        typer.Option(help="Bound of the unknown torque on each axis [N m]; default: 2.3e-4 on the paper's plant, else 0."),
+        typer.Option(help="Bound on the unknown torque on each axis [N m]; default: 2.3e-4 on the paper's plant, else 0."),
     ] = None,
     mass: Annotated[float, typer.Option(help="Relative uncertainty of the mass; 0.01 is 1 %.")] = 0.0,
     inertia: Annotated[float, typer.Option(help="Relative uncertainty of each moment of inertia.")] = 0.0,

@@ -132,10 +132,10 @@ def completion(
 
 
 def region(
-    force: Annotated[float, typer.Option(help="Bound of the unknown force [N], 0 to 1000.")] = 0.0,
-    torque: Annotated[float, typer.Option(help="Bound of the unknown torque [N m], 0 to 1000.")] = 0.0,
+    force: Annotated[float, typer.Option(help="Bound on the unknown force [N], 0 to 1000.")] = 0.0,
+    torque: Annotated[float, typer.Option(help="Bound on the unknown torque [N m], 0 to 1000.")] = 0.0,
     bias: Annotated[
-        float, typer.Option(help="Bound of a constant unknown force [N], 0 to 1000, say from a wrong mass.")
+        float, typer.Option(help="Bound on a constant unknown force [N], 0 to 1000, say from a wrong mass.")
     ] = 0.0,
 ) -> None:
     """Certify the region of Theorem B (docs/theory.md) for the completed law's default gains, and fly from its edge.

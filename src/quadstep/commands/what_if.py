@@ -19,7 +19,8 @@ def advise(
     columns: Annotated[
         str | None,
         typer.Option(
-            metavar="X,Y", help="Columns of the excitation and of the command that contains it; for logs of other autopilots."
+            metavar="EXCITATION,COMMAND",
+            help="Columns of the excitation and of the command that contains it; for logs of other autopilots.",
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<log's name>-advise.")] = None,

@@ -237,7 +237,8 @@ def beyond_thrust(path: BuiltPath, duration: float, mass: float, gravity: float,
     if not taken > most_thrust:
         return []
     fastest = np.max(Vector(found.velocity).norm())
+    needs, has = (f"{float(f'{one:.3g}'):g} N" for one in (taken, most_thrust))
     return [
-        f"path: this vehicle cannot fly it: at {at:.3g} s it takes {taken:.3g} N of thrust, and all rotors together have "
-        f"{most_thrust:.3g} N; its greatest speed is {fastest:.3g} m/s (lengths are in m, times in s)"
+        f"path: this vehicle cannot fly it: at {at:.3g} s it takes {needs} of thrust, and all rotors together have "
+        f"{has}; its greatest speed is {fastest:.3g} m/s (lengths are in m, times in s)"
     ]
