@@ -72,7 +72,7 @@ class Map(Study[Envelope]):
             answer=answer(envelope),
             sentences=[sentence(envelope)],
             record=as_json(envelope),
-            facts=[fact(one) for one in envelope.panels] if self.asked.by else [],
+            facts=[fact(one) for one in envelope.panels if one.name],
             figures=[Figure(PICTURE, caption(envelope, bool(links)), label="Map")],
             sections=[
                 TableSection("Panel by panel" if self.asked.by else "", "panels", HEADER, rows),
@@ -108,15 +108,13 @@ def watched(request: Request) -> list[int]:
 
 
 def settings(request: Request) -> list[tuple[str, str]]:
+    axes = [
+        (words(one.key), f"{len(one.values)} values of {one.key} from {as_typed(one.values[0])} to {as_typed(one.values[-1])}")
+        for one in reversed(request.axes)
+    ]
     return [
         ("mission", str(request.campaign.defaults["name"])),
-        *(
-            (
-                words(axis.key),
-                f"{len(axis.values)} values of {axis.key} from {as_typed(axis.values[0])} to {as_typed(axis.values[-1])}",
-            )
-            for axis in reversed(request.axes)
-        ),
+        *axes,
         ("flights per cell", str(request.flights)),
         ("a flight fails", request.campaign.failing),
         ("a cell counts as flyable", f"if {enough(request)[0]} succeed"),
@@ -239,7 +237,7 @@ def caption(envelope: Envelope, linked: bool) -> str:
 
 
 def fact(one: MapPanel) -> markup.Fact:
-    return markup.Fact(one.name or "flyable", units.percent(one.flyable / one.cells), f"{one.flyable} of {one.cells} cells")
+    return markup.Fact(one.name, units.percent(one.flyable / one.cells), f"{one.flyable} of {one.cells} cells")
 
 
 def row(one: MapPanel) -> list[str]:

@@ -100,8 +100,8 @@ def cells_of(request: Request, flown: Flown) -> Cells:
         np.add.at(outcomes, (cell, outcome), 1)
         np.add.at(causes, (cell[failed], outcome[failed]), 1)  # 0: it completed
         through = outcome == 0
-        rmse[turn[through], cell[through]] = numbers(flights[RMSE])[through]
-        np.fmax.at(largest, cell[through], numbers(flights[LARGEST])[through])
+        rmse[turn[through], cell[through]] = flights[RMSE].to_numpy().astype(np.float64)[through]
+        np.fmax.at(largest, cell[through], flights[LARGEST].to_numpy().astype(np.float64)[through])
     median, mean = middle(rmse)
     return Cells(
         flights=request.flights,
@@ -113,11 +113,6 @@ def cells_of(request: Request, flown: Flown) -> Cells:
         largest=largest.reshape(request.shape),
         outcome=outcomes.argmax(axis=1).reshape(request.shape),
     )
-
-
-def numbers(column: pa.ChunkedArray) -> NDArray[np.float64]:
-    """A column, NaN where it is null."""
-    return column.to_numpy().astype(np.float64)
 
 
 def middle(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
