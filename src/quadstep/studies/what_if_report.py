@@ -158,7 +158,7 @@ def evidence(
         opening=answer,
         record=record,
         facts=[
-            markup.Fact(f"fail in gusts, {name}", units.percent(one.value), f"95 %: {units.percent(*one)}")
+            markup.Fact(f"fail in gusts, {name}", units.percent(one.value), f"95 % interval: {units.percent(*one)}")
             for name, one in zip(SIDES, failed, strict=False)
         ],
         figures=[Figure(PICTURE, caption(steps, instead), label="Step")],

@@ -79,7 +79,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
     said = sentences(summary, file.rare.method, campaign.meaning)
     value, low, high = (units.number(part) for part in summary.probability)
     facts = [
-        markup.Fact("probability of failure", value, f"95 %: {low} to {high}"),
+        markup.Fact("probability of failure", value, f"95 % interval: {low} to {high}"),
         markup.Fact("flights", f"{summary.flights:,}", "in all"),
     ]
     if summary.one_by_one:
