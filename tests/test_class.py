@@ -407,7 +407,7 @@ def test_the_class_s_own_flight_is_to_be_beaten(room, port, monkeypatch):
     room.fly_own()
     text = ask(port, "/", ada)[2]
     own = units.quantity(room.own.numbers[room.ground.metric], "m")
-    task = f"Ada: fly “{room.mission.name}” with the smallest position RMSE. {own} is to be beaten."
+    task = f"Ada: fly “{room.mission.name}” with the smallest position RMSE. Beat {own}."
     assert f'<p class="answer">{task}</p>' in text
     assert "Nobody has flown it yet." in text and re.search(rf"<i>the class's own gains</i></td><td[^>]*>{own}<", text)
     assert ask(port, "/try", ada)[1]["Content-Type"] == "text/html; charset=utf-8"

@@ -21,7 +21,7 @@ wind = {{ mean = [{wind}, 0.0, 0.0] }}
 simulation = {{ duration = 6.0 }}
 """
 
-SENTENCE = re.compile(r"In this wind pitch stays (\d+)° off its command on average: [^.<]*\.")
+SENTENCE = re.compile(r"In this wind pitch is on average (\d+)° off its command in the second half of the flight: [^.<]*\.")
 
 
 def said(folder, law, wind):

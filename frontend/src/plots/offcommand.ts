@@ -13,7 +13,8 @@ export function offCommand({ flight, given }: Shown): string {
   if (!why || !(wind >= WIND)) return "";
   const [pitch, roll] = ["pitch", "roll"].map((angle) => (late(flight, `${angle}_d`, angle) * 180) / Math.PI) as [number, number];
   const [angle, off] = Math.abs(roll) > Math.abs(pitch) ? ["roll", Math.abs(roll)] : ["pitch", Math.abs(pitch)];
-  return off >= FROM ? `In this wind ${angle} stays ${off.toFixed(0)}° off its command on average: ${why}.` : "";
+  const half = "in the second half of the flight";
+  return off >= FROM ? `In this wind ${angle} is on average ${off.toFixed(0)}° off its command ${half}: ${why}.` : "";
 }
 
 /** The mean of a column, less another, in the second half of a flight. */

@@ -23,4 +23,4 @@ def off_command(log: FlightLog, why: str) -> str:
     angle = "roll" if off["roll"] > off["pitch"] else "pitch"
     if not (wind >= WIND and off[angle] >= FROM):
         return ""
-    return f"In this wind {angle} stays {off[angle]:.0f}° off its command on average: {why}."
+    return f"In this wind {angle} is on average {off[angle]:.0f}° off its command in the second half of the flight: {why}."

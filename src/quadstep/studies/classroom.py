@@ -221,7 +221,7 @@ class Room:
             self.fly_next()
 
     def fly_own(self) -> None:
-        """Fly the class's mission as it is, which is to be beaten."""
+        """Fly the class's mission as it is, whose number is to be beaten."""
         cleared(self.own_folder)
         with contextlib.suppress(OSError, UserError):
             self.own = flown_apart("", self.ground, self.own_folder, self.section.seconds)

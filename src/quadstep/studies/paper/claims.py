@@ -217,8 +217,8 @@ def answer(claims: Sequence[Claim]) -> str:
     count = {kind: sum(claim.verdict is kind for claim in claims) for kind in ClaimVerdict}
     hold, fail, undecided = (count[kind] for kind in (ClaimVerdict.HOLDS, ClaimVerdict.FAILS, ClaimVerdict.UNDECIDED))
     return (
-        f"Of {len(claims)} claims that the paper makes about its simulations, {hold} hold when reproduced, {fail} fail, and "
-        f"{undecided} cannot be decided. The gains and other values that the paper does not give are our own."
+        f"Of {len(claims)} claims that the paper makes about its simulations, {hold} hold, {fail} fail, and {undecided} "
+        "cannot be decided, when reproduced with gains and other values of our choice where the paper gives none."
     )
 
 
