@@ -14,7 +14,7 @@ from quadstep.linear.analysis import analyse_rest, limits
 from quadstep.linear.equilibrium import hovering
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, Grade, grade, graded, quick_grade, whole_grade
 from quadstep.linear.margins import MarginLimits
-from quadstep.linear.run import flown_from_rest, record, with_limit
+from quadstep.linear.run import flown_from_rest, for_latency, record, with_limit
 from quadstep.linear.tables import sentences
 from quadstep.linear.wind_limit import cannot_hover
 from quadstep.mission.read import read_mission
@@ -44,6 +44,16 @@ def test_the_limits_are_the_textbooks_and_twice_the_latency():
     assert limits(late).delay == pytest.approx(0.02)
     assert limits(hover(margins={"gain": 3.0, "phase": 0.7, "delay": 0.05})) == (3.0, 0.7, 0.05)
     assert limits(Mission(path=HOLD)).delay == 0.0
+
+
+def test_gains_that_are_defaults_for_the_latency_are_said_to_be():
+    late = {"sensors": {"latency": 0.02}}
+    (said,) = for_latency(hover(**late))
+    assert (
+        said == "Gains that the mission leaves out are defaults for the latency of its sensors: another may mean other gains."
+    )
+    assert not for_latency(hover())
+    assert not for_latency(hover({"type": "lqr", **QUICK["lqr"]}, **late))
 
 
 def test_a_whole_grade_is_computed_once_for_the_same_numbers(monkeypatch, tmp_path):

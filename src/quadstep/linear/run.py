@@ -3,6 +3,7 @@ missing.
 """
 
 import math
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +22,10 @@ from quadstep.linear.states import Array
 from quadstep.linear.tables import OpenLoop, draw_bode, draw_nyquist, draw_steps
 from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.metrics.statistics import finite
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
+from quadstep.numbers import flatten
 from quadstep.report import markup
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import MANIFEST, publishing, write_csv, write_json
@@ -137,7 +140,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     """
     found = studied.analysis
     moves = steps(studied.rest.period, found.poles) if found.stable else []
-    said = [*tables.sentences(found, but), *([] if found.stable else [flown_from_rest(mission)])]
+    said = [*tables.sentences(found, but), *([] if found.stable else [flown_from_rest(mission)]), *for_latency(mission)]
     about = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
     poles = TableSection(
         "Poles",
@@ -173,6 +176,18 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     )
 
 
+def for_latency(mission: Mission) -> list[str]:
+    """That gains which the mission leaves out are for its latency, in a sentence; none where they are the same without it."""
+    if not isinstance(mission, MultirotorMission):
+        return []
+    controller, prompt = mission.controller, mission.vehicle.build(0.0, 0.0, mission.simulation.control_period)
+    used, other = (controller.gains(one.model()) for one in (mission.modelled, prompt))
+    names = [attrgetter(name) for name, _ in controller.controller.by_key().values()]
+    if [flatten(of(used)) for of in names] == [flatten(of(other)) for of in names]:
+        return []
+    return ["Gains that the mission leaves out are defaults for the latency of its sensors: another may mean other gains."]
+
+
 def with_limit(fact: markup.Fact, analysis: Analysis) -> markup.Fact:
     """A least margin with what a sound loop needs of it, where that is more than nothing."""
     asked = (one for one in graded(analysis).measures if one.limit and fact.what == f"least {one.what} margin")
@@ -196,7 +211,7 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
         f"{phase[0].name}: {math.degrees(phase[1].phase):.1f}° at {phase[1].phase_at:.3g} rad/s. Bars mark it and the least "
         "gain margin, of |L| where the phase crosses −180°.",
         "step": "The path steps by 1 along one axis at a time. The largest overshoot is that of "
-        f"{over.name}, {100.0 * over.overshoot:.3g} %; {settles}.{off_the_step(moves)}",
+        f"{over.name}, {100.0 * over.overshoot:.3g} %; {settles}.{off_the_step(moves)} Grades do not count overshoot.",
         "nyquist": f"The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. The nearest is "
         f"{near[0].name}, to {1.0 / near[1].sensitivity:.2g}: disturbances are amplified "
         f"{near[1].sensitivity:.3g} times there.",
@@ -225,10 +240,8 @@ def draw(folder: Path, analysis: Analysis, moves: list[StepResponse], sheet: She
     folder.mkdir()
     ready = opened(analysis.loop)
     omega = np.geomspace(max(LOWEST, SLOWEST_SHOWN), np.pi * len(ready.due) / ready.length, DRAWN)
-    least, all_gains = (
-        least_phase(analysis),
-        [(i, way) for i, one in enumerate(analysis.margins) for way in (one.up, -one.down)],
-    )
+    least = least_phase(analysis)
+    all_gains = [(i, way) for i, one in enumerate(analysis.margins) for way in (one.up, -one.down)]
     one = analysis.margins[least]
     shown = OpenLoop(
         analysis.channels, omega, harmonic(ready, omega),
