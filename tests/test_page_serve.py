@@ -24,7 +24,7 @@ from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
 from quadstep.metrics.registry import REPORTED
 from quadstep.page import build
-from quadstep.page.comparison import words
+from quadstep.page.comparison import conditions, words
 from quadstep.page.folder import manifest, names_files, open_result, plan_again, read_log, results
 from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
@@ -552,10 +552,17 @@ def test_of_two_in_other_wind_it_is_said(tmp_path):
     for name, mission in (("a", {"wind": {"mean": [5.0, 0.0, 0.0]}, "events": [1]}), ("b", {})):
         rmse = 0.01 if name == "a" else 0.03
         spoilt(
-            tmp_path / name, name=name, mission=mission, **{"position_rmse[m]": rmse, "outcome": "completed", "ended[s]": 5.0}
-        )
+            tmp_path / name, name=name, mission=mission,
+            **{"position_rmse[m]": rmse, "outcome": "completed", "ended[s]": 5.0, "saturated_share": 0.0},
+        )  # fmt: skip
     text = answer(tmp_path, "/compare?a=a&b=b").text
     assert "With different wind (5\u00a0m/s and none) and events: “a” is 3.0 times closer to its path than “b”." in text
+    assert "What is 0 in both is left out." in text and "share of the time at a rotor" not in text
+    late = [{"mission": {"sensors": {"latency": one, "estimator": False}}} for one in (0.02, 0.12)]
+    assert conditions(*late) == "With different sensor latency (0.02000\u00a0s and 0.1200\u00a0s): "
+    late[0]["mission"]["sensors"]["estimator"] = True
+    assert conditions(*late) == "With different sensors: "
+    assert conditions({"mission": {"sensors": {"latency": 0.02}}}, {"mission": 1}) == "With different sensors: "
 
 
 def test_a_lost_flight_has_no_error_to_rank_it_by_and_a_late_score_is_said(tmp_path):

@@ -8,8 +8,10 @@ from urllib.parse import urlencode
 
 from quadstep.metrics.registry import Metrics
 from quadstep.metrics.verdict import scalars
+from quadstep.mission import fields
+from quadstep.mission.sensing import SensorsSection
 from quadstep.page.cards import best, picture
-from quadstep.page.folder import ResultFolder, name_in, scored_from
+from quadstep.page.folder import ResultFolder, name_in, scored_from, section
 from quadstep.page.model import identity
 from quadstep.page.thumbnails import COLOURS
 from quadstep.report import markup, units
@@ -34,7 +36,8 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     quoted = [f"“{name}”" for name in names]
     unlike = why_incomparable(quoted, *contents)
     same = all(one.get("overturned[rad]") == one.get("largest_tilt[rad]") for one in (first, second))
-    keys = [key for key in dict.fromkeys([*first, *second]) if not (same and key == "overturned[rad]")]
+    every = [key for key in dict.fromkeys([*first, *second]) if not (same and key == "overturned[rad]")]
+    keys = [key for key in every if not first.get(key) == second.get(key) == 0.0]
     header = ("", *names, "second / first")[: 3 if unlike else 4]
     rows = [[words(key), *row(key, first.get(key), second.get(key))][: len(header)] for key in keys[:MOST_ROWS]]
     errors = [
@@ -65,6 +68,7 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
             body.append(markup.paragraph(f"They fly different {things}, so they are not overlaid."))
     body += [markup.heading("All numbers", "numbers")]
     body += [markup.table(header, rows, escape) if rows else markup.paragraph("Neither result has numbers to compare.")]
+    body += [markup.paragraph("What is 0 in both is left out.")] if len(keys) < len(every) else []
     return markup.page_text(
         f"{names[0]} and {names[1]}", [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE
     )
@@ -92,30 +96,45 @@ def different(first: Metrics, second: Metrics) -> str:
     return " and ".join(f"{part}s" for part in differing_keys(("path", "vehicle"), first, second))
 
 
+FEW = 3
+"""Keys of the sensors whose values are said."""
+
 CONDITIONS = "start", "wind", "disturbance", "sensors", "events"
 """Keys of a mission that make it harder or easier to stay on a path."""
 
 
 def conditions(*contents: Metrics) -> str:
     """In which of these two missions differ, with the speeds of their winds, to begin a sentence; empty if in none."""
-    others = differing_keys(CONDITIONS, *contents)
+    told = dict(zip(CONDITIONS, CONDITIONS, strict=True))
     speeds = [wind_speed(one) for one in contents]
-    told = f"wind ({units.listed(speeds)})" if speeds[0] != speeds[1] else "wind"
-    return f"With different {units.listed([told if one == 'wind' else one for one in others])}: " if others else ""
+    told["wind"] = f"wind ({units.listed(speeds)})" if speeds[0] != speeds[1] else "wind"
+    told["sensors"] = sensor_values(*(section(section(one, "mission"), "sensors") for one in contents))
+    others = [told[one] for one in differing_keys(CONDITIONS, *contents)]
+    return f"With different {units.listed(others)}: " if others else ""
+
+
+def sensor_values(first: Metrics, second: Metrics) -> str:
+    """The values in which the sensors of two flights differ; only "sensors" where these are many, or not numbers."""
+    told: list[str] = []
+    for key in (key for key in {**first, **second} if first.get(key) != second.get(key)):
+        pair = [one for side in (first, second) if isinstance(one := side.get(key), float) and math.isfinite(one)]
+        if len(pair) < 2 or len(told) == FEW:
+            return "sensors"
+        shown = [value(one, fields.unit(SensorsSection(), key) or "-", max(pair)) for one in pair]
+        told.append(f"{fields.words(f'sensors.{key}')} ({units.listed(shown)})")
+    return units.listed(told)
 
 
 def wind_speed(content: Metrics) -> str:
     """The speed of the mean wind of a flight, in words."""
-    mission = content.get("mission")
-    wind = mission.get("wind") if isinstance(mission, dict) else None
-    mean = wind.get("mean") if isinstance(wind, dict) else None
+    mean = section(section(content, "mission"), "wind").get("mean")
     numbers = [one for one in mean if isinstance(one, int | float)] if isinstance(mean, list) else []
     return f"{math.hypot(*numbers):.3g}\u00a0m/s" if any(numbers) else "none"
 
 
 def differing_keys(keys: Iterable[str], first: Metrics, second: Metrics) -> list[str]:
     """Those of some keys of their missions in which two flights differ."""
-    sides = [mission if isinstance(mission := one.get("mission"), dict) else {} for one in (first, second)]
+    sides = [section(one, "mission") for one in (first, second)]
     return [key for key in keys if sides[0].get(key) != sides[1].get(key)]
 
 

@@ -162,17 +162,20 @@ def ending_text(content: dict[str, object]) -> str:
     return f"flew {time:g} s{f', but {but}' if but else ''}{loop(content)}{counted}"
 
 
+def section(content: Metrics, key: str) -> Metrics:
+    """A table of a metrics.json, or one without keys."""
+    return found if isinstance(found := content.get(key), dict) else {}
+
+
 def scored_from(content: dict[str, object]) -> float:
     """From when on a flight's errors count [s], as far as its metrics.json says."""
-    mission = content.get("mission")
-    since = mission.get("score_from") if isinstance(mission, dict) else None
+    since = section(content, "mission").get("score_from")
     return float(since) if isinstance(since, int | float) and 0.0 < since < LARGEST_NUMBER else 0.0
 
 
 def loop(content: dict[str, object]) -> str:
     """The grade of a flight's loop at rest, to follow how it ended; nothing where it is not known."""
-    rest = content.get(AT_REST)
-    word = rest.get("grade") if isinstance(rest, dict) else None
+    word = section(content, AT_REST).get("grade")
     return f"; {at_rest({'grade': word})}" if isinstance(word, str) else ""
 
 
