@@ -47,7 +47,7 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     assert set(found["lyapunov"]["work[J]"]) == set(TERMS)
     assert f"{found['bounds']['b_r']:.4g}" in found["verdict"]
     assert found["samples"] == 501
-    for needed in ("J_M, largest eigenvalue", "largest |r|", "b_w", "coupling"):
+    for needed in ("J_M, largest eigenvalue", "largest |r|", "b_w", "coupling", "at the start"):
         assert needed in run.out
 
 

@@ -33,7 +33,7 @@ Numbers = NDArray[np.float64]
 LONGEST_LABEL = 18
 """Letters of a quantity and its unit that are as long as a panel is high: of more, the unit has a line of its own."""
 
-FLOWN, DESIRED, TOGETHER = "flown", "desired", "all together"
+FLOWN, DESIRED, TOGETHER = "flown", "desired", "sum"
 
 FAINT = 0.01
 """Share of the highest stack below which none is seen."""

@@ -261,6 +261,7 @@ def tables(c: FlightCertificate) -> tuple[list[list[str]], list[list[str]], list
     k, full = c.conditions, record(c)
     nets, flight, rate, coupling = full["nets"], full["flight"], full["lyapunov"], full["coupling"]
     plain, work, fell = nets["least_squares"], rate["work[J]"], rate["share_falling_outside_b_r"]
+    ends = "never" if c.entered is None else f"{brief(flight['transient_ends[s]'])} s" if c.entered else "at the start"
     ridges = " and ".join("infinite" if ridge is None else f"{ridge:g}" for ridge in nets["ridges"])
     conditions = [
         ["K_r1 - m Lambda1, smallest", brief(k.k_1), "", "> 0"],
@@ -276,7 +277,7 @@ def tables(c: FlightCertificate) -> tuple[list[list[str]], list[list[str]], list
         ["eps_N of the ideal weights", brief(c.residual_bound), ""],
         ["largest |r|", brief(flight["largest_r"]), f"b_r = {brief(c.b_r)}"],
         ["largest |r| after the transient", brief(flight["largest_r_after_transient"]), f"b_r = {brief(c.b_r)}"],
-        ["end of the transient, the first |r| <= b_r", f"{brief(flight['transient_ends[s]'])} s", ""],
+        ["end of the transient, the first |r| <= b_r", ends, ""],
         ["largest |W_tilde|", brief(flight["largest_W_tilde"]), f"b_w = {brief(c.b_w)}"],
         ["samples outside b_r", f"{rate['samples_outside_b_r']} of {len(c.r)}", ""],
         *([["L_dot < 0 on these", f"{100.0 * fell:.4g} %", "100 %"]] if fell is not None else []),
