@@ -152,7 +152,12 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
         ("as asked", ""),
         ("flew, but", "its error is large for its path"),
     ]
-    assert facts(one)[1][:2] == ("flown as asked", "2 of 4")
+    assert facts(one)[1] == (
+        "flown as asked",
+        "2 of 4",
+        "median flights, one of each cell; the others are of law 0 and law 1",
+        False,
+    )
 
 
 NOT_SHOWN = "In hover, law 0 has the smallest median e (1 cm), but is not shown to be better{} than law 1 (1 cm). In circle, "

@@ -22,7 +22,7 @@ from quadstep.report.units import counted
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.single_flight import replay
 from quadstep.studies.comparison import robustness, tables, words
-from quadstep.studies.comparison.answer import several
+from quadstep.studies.comparison.answer import SEVERAL, several
 from quadstep.studies.comparison.cells import FIRST, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.jobs import Job
@@ -165,9 +165,11 @@ def facts(results: Comparison) -> list[markup.Fact]:
     rank = min(results.overall().values())
     decided = sum(pair.winner is not None for one in results.ranked.values() for pair in one.pairs)
     first = markup.Fact("best mean rank", several(results.leaders), f"{rank:.2f}, from 0 (best) to 1")
-    graded = [one.grade.grade for one in results.results if one.grade]
-    count = f"{graded.count(FlightGrade.AS_ASKED)} of {len(graded)}"
-    asked = markup.Fact("flown as asked", count, "median flights, one of each cell")
+    graded = [(one.controller, one.grade.grade is FlightGrade.AS_ASKED) for one in results.results if one.grade]
+    count = f"{sum(as_asked for _, as_asked in graded)} of {len(graded)}"
+    not_so = [name for name in results.controllers if (name, False) in graded]
+    others = f"; the others are of {several(not_so)}" if 0 < len(not_so) <= SEVERAL else ""
+    asked = markup.Fact("flown as asked", count, f"median flights, one of each cell{others}")
     pairs = markup.Fact("pairs decided", f"{decided} of {results.pairs}", "with 95 % confidence in all of them jointly")
     return [
         *([first] if len(results.ranked) > 1 else []),
