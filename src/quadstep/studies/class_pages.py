@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable
 from html import escape
 from typing import NamedTuple
 
-from quadstep.interfaces.gain import Gain
+from quadstep.interfaces.gain import BELIEF, Gain
 from quadstep.io.files import is_file
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.fields import dotted
@@ -219,12 +219,16 @@ def laws_page(room: Room) -> str:
     return page_text("Controllers and gains", body, "Class", STYLE)
 
 
+def free_gains(mission: Mission, free: tuple[str, ...]) -> list[tuple[str, Gain]]:
+    """By key, those that may be changed, what the controller believes of the vehicle last."""
+    found = [(key, gain) for key, (_, gain) in mission.controller.controller.by_key().items()]
+    return sorted((one for one in found if is_free(f"controller.{one[0]}", free)), key=lambda one: one[1].group == BELIEF)
+
+
 def gains_table(mission: Mission, free: tuple[str, ...]) -> str:
     """The free gains of a mission's controller, with what may be written; "" without any."""
     values, rows = filled_in(mission), []
-    for key, (_, gain) in mission.controller.controller.by_key().items():
-        if not is_free(f"controller.{key}", free):
-            continue
+    for key, gain in free_gains(mission, free):
         given = values[key]
         parts = given if isinstance(given, tuple) else (given,)
         low, high, _ = gain.span(min(parts), max(parts))
@@ -249,8 +253,7 @@ def first_text(mission: Mission, ground: Ground) -> str:
     others = [f"# {key} = {json.dumps(value)}" for key, value in keys.items() if value is not None and is_free(key, free)]
     lines = [
         commented(f"# {key} = {written(rounded(values[key]), gain.stands_for_three)}", gain.unit, gain.meaning)
-        for key, (_, gain) in law.by_key().items()
-        if is_free(f"controller.{key}", free)
+        for key, gain in free_gains(mission, free)
     ]
     nets = mission.controller.table
     if nets and is_free("controller.nets", free):
