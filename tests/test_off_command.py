@@ -10,7 +10,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.mission.read import read_mission
 from quadstep.page.build import fly_missions
-from quadstep.studies.flight_report import gain_rows, left_path, write_report
+from quadstep.studies.flight_report import gain_rows, left_path, of_size, write_report
 from tests.commands import write
 from tests.needs import CHROMIUM, needs, package
 
@@ -57,6 +57,21 @@ def test_a_flight_farther_from_its_path_than_that_is_wide_is_said_not_to_keep_it
     assert not left_path(log, metrics | {"relative_error": 0.01})  # as asked
     log.rows[0, 1] = 33.0  # where it began
     assert not left_path(log, metrics)
+
+
+@pytest.mark.parametrize(("turns", "since"), [(1.0, 0.0), (1.0, 5.0), (0.0, 0.0)])
+def test_an_error_is_said_as_a_share_of_the_size_of_a_path_that_moves(turns, since):
+    t, share = np.linspace(0.0, 10.0, 101), 0.02
+    angle = turns * np.minimum(t, since or 10.0)  # the path has stopped when errors begin to count
+    circle = np.array([t, 5.0 * np.cos(angle), 5.0 * np.sin(angle)])
+    columns = {"t": "s", "x": "m", "y": "m", "x_d": "m", "y_d": "m"}
+    log = FlightLog(columns, np.concatenate([circle, circle[1:]]).T, Outcome.COMPLETED, 10.0, None)
+    metrics = {"position_rmse[m]": share * 6.94, "relative_error": share}
+    found = of_size(log, metrics, since).replace("\u00a0", " ")
+    assert (
+        re.fullmatch(r"The path's size is 6.94 m, .*; the position RMSE is 2 % of it. ", found) if turns > since else not found
+    )
+    assert not of_size(log._replace(outcome=Outcome.SPINNING), metrics, since)
 
 
 @pytest.fixture(scope="module")

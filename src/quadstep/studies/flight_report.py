@@ -11,6 +11,7 @@ import numpy as np
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.off_command import off_command
+from quadstep.metrics.quantities import FAR, moves, position_axes
 from quadstep.metrics.registry import Metrics, group, metric, rest_of
 from quadstep.metrics.verdict import FlightGrade, graded
 from quadstep.mission.listings import rounded, written
@@ -43,7 +44,8 @@ def write_report(
     places = [("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")]
     sections: list[Section] = [markup.links(places)]
     if "position" in metrics:
-        said = f"Counted{counted}; figures show all of the flight. " if counted else ""
+        said = of_size(log, metrics, mission.scored_from)
+        said += f"Counted{counted}; figures show all of the flight. " if counted else ""
         sections.append(TableSection("Errors", "errors", HEADER, error_rows(metrics), said + ("" if seen else off)))
     if drawn[IN_SUMMARY:]:
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]
@@ -56,10 +58,8 @@ def write_report(
     if left := mission.controller.left:
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(markup.verbatim("\n".join(left), whose))
-    measured, kept = (
-        [*facts(metrics, counted), *own_facts(mission, metrics)],
-        log.outcome is not Outcome.COMPLETED and len(log.rows),
-    )
+    measured = [*facts(metrics, counted), *own_facts(mission, metrics)]
+    kept = log.outcome is not Outcome.COMPLETED and len(log.rows)
     lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission))]
     first, *more = [*filter(None, lines), *([of_log(log, ending)] if kept else [])]
     found = Evidence(
@@ -85,6 +85,17 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -
     off, but = metrics.get("position_rmse[m]"), " and ".join(graded(metrics).reasons)
     error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{counted}" if off is not None else ""
     return f"The flight completed {log.ended:g} s{error}{f', but {but}' if but else ''}."
+
+
+def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
+    """What share of its path's size the RMSE of a completed flight is, with a blank; "" where the path is a point."""
+    share, off = metrics.get("relative_error"), metrics.get("position_rmse[m]")
+    if log.outcome is not Outcome.COMPLETED or not (share and isinstance(share, float) and isinstance(off, float)):
+        return ""
+    if not moves(log.table(*(f"{axis}_d" for axis in position_axes(log)))[log.column("t") >= since]):
+        return ""
+    size = f"The path's size is {units.quantity(off / share, 'm')}, the RMSE of a vehicle that stays at the start"
+    return f"{size} (no error counts more than {FAR:g} m); the position RMSE is {units.percent(share)} of it. "
 
 
 def left_path(log: FlightLog, metrics: Metrics) -> str:
