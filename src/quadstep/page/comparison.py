@@ -122,7 +122,7 @@ def sensor_values(first: Metrics, second: Metrics) -> str:
             return "sensors"
         shown = [value(one, fields.unit(SensorsSection(), key) or "-", max(pair)) for one in pair]
         told.append(f"{fields.words(f'sensors.{key}')} ({units.listed(shown)})")
-    return units.listed(told)
+    return units.listed(told) or "sensors"
 
 
 def wind_speed(content: Metrics) -> str:

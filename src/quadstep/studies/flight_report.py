@@ -141,11 +141,8 @@ def facts(metrics: Metrics, counted: str = "") -> list[markup.Fact]:
         along = "from the path" if "largest_error[m]" in metrics else "along one axis"
         found.append(markup.Fact("largest error", units.quantity(largest, "m"), f"{along}{counted and f',{counted}'}"))
     if "largest_tilt[rad]" in metrics:
-        found.append(
-            markup.Fact(
-                "largest tilt", f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°", "between thrust and vertical"
-            )
-        )
+        tilt = f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°"
+        found.append(markup.Fact("largest tilt", tilt, "between thrust and vertical"))
     if "largest_thrust_share" in metrics:
         share = metric(metrics, "largest_thrust_share")
         more = f"at most {units.percent(share)} of the rotors' thrust was used"
