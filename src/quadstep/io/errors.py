@@ -86,7 +86,7 @@ def meant_of(value: object, names: Sequence[str], allowed: str) -> str:
     return f"{meant} {allowed[0].upper()}{allowed[1:]}" if meant else f"; {allowed}"
 
 
-def did_you_mean(value: object, names: Sequence[str], alike: float = 0.6) -> str:
+def did_you_mean(value: object, names: Sequence[str], alike: float = 0.61) -> str:
     """Which of the names was probably meant; nothing where none is as much like it, of 1."""
     near = get_close_matches(value, names, 1, alike) if isinstance(value, str) and len(value) <= LONGEST_VALUE else ()
     return "".join(f"; did you mean {one}?" for one in near)

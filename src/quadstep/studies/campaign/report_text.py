@@ -50,8 +50,8 @@ def facts(summary: CampaignSummary) -> list[markup.Fact]:
         words, unit = units.metric(spread.metric)
         share, one = list(spread.quantiles.items())[-1]
         what, of = ("median", "") if share == QUANTILES[0] else (f"{100.0 * share:g}th percentile", "of ")
-        low, high = (units.quantity(end, unit) for end in one[1:])
-        interval = f"95 % interval of the {what}: {low} to {high}" if one.bounded else FEW
+        ends = " to ".join(units.quantity(end, unit) for end in one[1:])
+        interval = f"95 % interval of the {what}: {ends}" if one.bounded else FEW
         found.append(markup.Fact(f"{what} {of}{words}", units.estimate(*one, unit), interval))
     return found
 
