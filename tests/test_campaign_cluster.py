@@ -8,7 +8,6 @@ import re
 import signal
 import subprocess
 import sys
-from threading import Thread
 from types import SimpleNamespace
 
 import pyarrow as pa
@@ -150,6 +149,14 @@ def finished(out):
     return len(manifest(out)["chunks"]) if (out / "campaign.json").is_file() else 0
 
 
+def interrupted_after_one(*told, flown=cluster.flown_on_cluster):
+    """A driver that gets SIGINT while it waits for the second file of flights."""
+    with contextlib.closing(flown(*told)) as files:
+        yield next(files)
+        os.kill(os.getpid(), signal.SIGINT)
+        yield from files
+
+
 def under_way(path, out, *more):
     """A process that flies on the cluster, and has finished one more file."""
     before = finished(out)
@@ -192,13 +199,12 @@ def test_a_worker_and_a_node_lost_in_mid_run_change_nothing(whole, joined, tmp_p
     assert unsealed(tmp_path / "out") == {**unsealed(straight), "engine": "ray"}
 
 
-def test_a_driver_that_was_interrupted_and_killed_is_gone_on_with(whole, joined, tmp_path):
+def test_a_driver_that_was_interrupted_and_killed_is_gone_on_with(whole, joined, monkeypatch, tmp_path):
     path, straight = whole
     out = tmp_path / "out"
-    watch = Thread(target=lambda: (soon(lambda: finished(out)), os.kill(os.getpid(), signal.SIGINT)))
-    watch.start()
-    run = fly(path, out, "--engine", "ray")
-    watch.join()
+    with monkeypatch.context() as patch:
+        patch.setattr(cluster, "flown_on_cluster", interrupted_after_one)
+        run = fly(path, out, "--engine", "ray")
     kept = finished(out)
     assert (run.code, run.out) == (130, "")
     ours = [line for line in run.err.splitlines() if line.startswith("quadstep: ")]  # Ray tells its drivers of dead nodes

@@ -55,7 +55,7 @@ class Flight(FlightLog):
     >>> line = {"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 2.0}
     >>> flight = fly(Mission(name="Line", path=line))
     >>> flight
-    <Flight 'Line': completed 2 s, position RMSE 4.768 mm, 201 rows>
+    <Flight 'Line': completed 2 s, position RMSE 4.77 mm, 201 rows>
     >>> flight.outcome.name, flight.columns["theta"], flight.table("x", "y", "z").shape
     ('COMPLETED', 'rad', (201, 3))
     """
@@ -137,7 +137,7 @@ class Flight(FlightLog):
         metrics = self.metrics()
         rmse = f", position RMSE {quantity(metric(metrics, 'position_rmse[m]'), 'm')}" if "position_rmse[m]" in metrics else ""
         how = "completed" if self.outcome is Outcome.COMPLETED else f"lost ({self.outcome.name.lower()}) at"
-        return f"<Flight {self.name!r}: {how} {self.ended:g} s{rmse}, {len(self.rows)} rows>"
+        return f"<Flight {self.name!r}: {how} {self.ended:g} s{rmse}, {len(self.rows)} rows>".replace("\u00a0", " ")
 
     def _repr_html_(self) -> str:
         """The view in a notebook: a table of results and the position over time."""
