@@ -236,6 +236,8 @@ def test_rising_outside_b_r_is_said_with_its_share():
     rate = np.where(np.cumsum(c.outside) % 2 == 0, c.lyapunov.rate, 1.0)
     c = c._replace(lyapunov=c.lyapunov._replace(rate=rate))
     assert kind(c) == "contradicted"
+    unknown = c._replace(lyapunov=c.lyapunov._replace(rate=rate * np.nan))
+    assert kind(unknown) == "contradicted"  # a rate that is no number agrees with nothing
     count = c.outside.sum()
     assert f"L_dot < 0 on {count // 2} of the {count} samples outside b_r" in verdict(c)
 

@@ -20,9 +20,9 @@ def kind(c: FlightCertificate) -> str:
         return "conditions broken"
     if not c.outside.any():
         return "untested"
-    if (c.lyapunov.rate[c.outside] >= 0.0).any():
+    if not (c.lyapunov.rate[c.outside] < 0.0).all():
         return "contradicted"
-    return "rising between samples" if (periods_outside(c) >= 0.0).any() else "sign consistent"
+    return "sign consistent" if (periods_outside(c) < 0.0).all() else "rising between samples"
 
 
 def periods_outside(c: FlightCertificate) -> Array:
@@ -88,7 +88,7 @@ def answer(c: FlightCertificate) -> str:
 def rises(c: FlightCertificate) -> str:
     """How often L rose from sample to sample outside b_r."""
     between = periods_outside(c)
-    return f"L rose in {(between >= 0.0).sum()} of the {len(between)} periods that begin and end outside it"
+    return f"L rose in {(~(between < 0.0)).sum()} of the {len(between)} periods that begin and end outside it"
 
 
 def until(c: FlightCertificate) -> str:
