@@ -25,7 +25,6 @@ from quadstep.proofs.verify.closed_loop import (
 )
 from quadstep.proofs.verify.equation_row import (
     Checks,
-    EquationRow,
     EquationVerdict,
     Expression,
     along,
@@ -44,7 +43,6 @@ from quadstep.proofs.verify.plant import TORQUE, inertia_matrix
 from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA, RATES
 from quadstep.vehicle.paper import coriolis, effective_inertia
 
-ROWS: list[EquationRow] = []
 ERRORS, TORQUE_LAW = "control.backstepping:attitude_errors", "control.backstepping:desired_torque"
 NET, LAW = "control.backstepping:torque_basis", "control.backstepping:Backstepping.law"
 K_R2, K_I2 = diagonal(GAINS.gain_2), diagonal(GAINS.integral_2)
@@ -69,7 +67,7 @@ def target() -> Expression:
     return j * ETA_D_DD - array(MOMENT) + c * (ETA_D_DOT + LAMBDA_2 * E2) - j * LAMBDA_2**2 * E2
 
 
-@row(ROWS, "27", "attitude error", "e2 = (psi_d - psi, theta_d - theta, phi_d - phi)", ERRORS, EquationVerdict.AS_PRINTED,
+@row("27", "attitude error", "e2 = (psi_d - psi, theta_d - theta, phi_d - phi)", ERRORS, EquationVerdict.AS_PRINTED,
      "the text before it once writes eta_d as (phi_d, theta_d, psi_d)")  # fmt: skip
 def equation_27() -> Checks:
     r2 = array(loop.sample(gains=GAINS._replace(slope_2=Vector((1.0, 1.0, 1.0)))).command.r2)
@@ -77,14 +75,14 @@ def equation_27() -> Checks:
     return Checks([same("r2 of the law for Lambda_2 = I, at the desired rates", r2.xreplace(matched), E2)])
 
 
-@row(ROWS, "28", "sliding mode error of the attitude", "r2 = e2_dot + Lambda_2 e2", ERRORS, EquationVerdict.AS_PRINTED,
+@row("28", "sliding mode error of the attitude", "r2 = e2_dot + Lambda_2 e2", ERRORS, EquationVerdict.AS_PRINTED,
      "e2_dot by the command filter, see eta_d_dot")  # fmt: skip
 def equation_28() -> Checks:
     return Checks([same("r2 of the law", loop.sample().command.r2, E2_DOT + LAMBDA_2 * E2)])
 
 
 # Eq. 29
-@row(ROWS, "29", "rate of r2", "J r2_dot = J e2_dot + J Lambda_2 e2_dot = J eta_d_dd - {tau - C eta_dot + A_eta} + "
+@row("29", "rate of r2", "J r2_dot = J e2_dot + J Lambda_2 e2_dot = J eta_d_dd - {tau - C eta_dot + A_eta} + "
      "J Lambda_2 (r2 - Lambda_2 e2)", ERRORS, EquationVerdict.CORRECTED, "slip: J e2_dd, not J e2_dot; the second line is "
      "right")  # fmt: skip
 def equation_29() -> Checks:
@@ -106,7 +104,7 @@ def equation_29() -> Checks:
        f"line, {short(true)} N m by the second")  # fmt: skip
 
 
-@row(ROWS, "30", "rates in r2 and e2", "eta_dot = -r2 + eta_d_dot + Lambda_2 e2", ERRORS, EquationVerdict.AS_PRINTED)
+@row("30", "rates in r2 and e2", "eta_dot = -r2 + eta_d_dot + Lambda_2 e2", ERRORS, EquationVerdict.AS_PRINTED)
 def equation_30() -> Checks:
     return Checks(
         [same("eta_dot from the r2 of the law", -array(loop.sample().command.r2) + ETA_D_DOT + LAMBDA_2 * E2, RATES)]
@@ -114,7 +112,7 @@ def equation_30() -> Checks:
 
 
 # Eq. 31
-@row(ROWS, "31", "rate of r2 with Eq. 30", "J r2_dot = J eta_d_dd - {tau - C (-r2 + eta_d_dot + Lambda_2 e2) + A_eta} + "
+@row("31", "rate of r2 with Eq. 30", "J r2_dot = J eta_d_dd - {tau - C (-r2 + eta_d_dot + Lambda_2 e2) + A_eta} + "
      "J Lambda_2 (r2 - Lambda_2 e2)", ERRORS, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_31() -> Checks:
     j, c = inertia_matrix(), coriolis_matrix()
@@ -123,14 +121,14 @@ def equation_31() -> Checks:
 
 
 # Eq. 32
-@row(ROWS, "32", "rate of r2, ordered", "J r2_dot = -tau - C r2 + {J eta_d_dd - A_eta + C (eta_d_dot + Lambda_2 e2) - "
+@row("32", "rate of r2, ordered", "J r2_dot = -tau - C r2 + {J eta_d_dd - A_eta + C (eta_d_dot + Lambda_2 e2) - "
      "J Lambda_2^2 e2} + J Lambda_2 r2", ERRORS, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_32() -> Checks:
     printed = -array(TORQUE) - coriolis_matrix() * R2 + target() + inertia_matrix() * LAMBDA_2 * R2
     return Checks([same("J r2_dot", j_r2_dot(), printed)])
 
 
-@row(ROWS, "33", "function approximated by the second net", "v_NN2 = {J eta_d_dd - A_eta + C (eta_d_dot + Lambda_2 e2) - "
+@row("33", "function approximated by the second net", "v_NN2 = {J eta_d_dd - A_eta + C (eta_d_dot + Lambda_2 e2) - "
      "J Lambda_2^2 e2} = W_2^T mu_2(chi_2) + eps_2", NET, EquationVerdict.DEFINITION,
      "a function of more than chi_2, see chi_2; W_2 cannot be constant, as eta_d depends on W_hat_1; the text's "
      "bound on 'e_2' must mean eps_2")  # fmt: skip
@@ -145,7 +143,7 @@ def equation_33() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "34", "second net", "v_NN2_hat = W_hat_2^T mu_2(chi_2)", "interfaces.learning:output", EquationVerdict.AS_PRINTED)
+@row("34", "second net", "v_NN2_hat = W_hat_2^T mu_2(chi_2)", "interfaces.learning:output", EquationVerdict.AS_PRINTED)
 def equation_34() -> Checks:
     spoken = array(loop.sample().command.torque) - array(loop.sample(learning=False).command.torque)
     return Checks([
@@ -154,7 +152,7 @@ def equation_34() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "35", "torque law", "tau = v_NN2_hat + K_r2 r2 + K_i2 int r2", TORQUE_LAW, EquationVerdict.AS_PRINTED)
+@row("35", "torque law", "tau = v_NN2_hat + K_r2 r2 + K_i2 int r2", TORQUE_LAW, EquationVerdict.AS_PRINTED)
 def equation_35() -> Checks:
     command, following = loop.sample()
     r2, estimate = symbols("r2"), symbols("v_hat")
@@ -177,7 +175,7 @@ def net_error() -> tuple[Expression, Expression]:
 V_TILDE = "v_tilde_NN2 = v_NN2 - v_hat_NN2 = W_2^T mu_2 - W_hat_2^T mu_2 + eps_2 = W_tilde_2^T mu_2 + eps_2"
 
 
-@row(ROWS, "36", "error of the second net", V_TILDE, "interfaces.learning:output", EquationVerdict.DEFINITION)
+@row("36", "error of the second net", V_TILDE, "interfaces.learning:output", EquationVerdict.DEFINITION)
 def equation_36() -> Checks:
     return Checks([same("v_NN2 - v_hat_NN2", *net_error())])
 
@@ -188,7 +186,7 @@ def rest() -> Expression:
 
 
 # Eq. 37
-@row(ROWS, "37", "closed loop of the attitude", "J r2_dot = v_tilde_NN2 + J Lambda_2 r2 - C r2 - K_r2 r2 - K_i2 int r2",
+@row("37", "closed loop of the attitude", "J r2_dot = v_tilde_NN2 + J Lambda_2 r2 - C r2 - K_r2 r2 - K_i2 int r2",
      TORQUE_LAW, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_37() -> Checks:
     estimate = symbols("v_hat")
@@ -197,7 +195,7 @@ def equation_37() -> Checks:
 
 
 # Eq. 38
-@row(ROWS, "38", "closed loop of the attitude with the net",
+@row("38", "closed loop of the attitude with the net",
      "J r2_dot = W_tilde_2^T mu_2 - {K_r2 + C - J Lambda_2} r2 - K_i2 int r2 + "
      "eps_2", LAW, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_38() -> Checks:
@@ -208,7 +206,7 @@ def equation_38() -> Checks:
 
 
 # Eq. 39
-@row(ROWS, "39", "error of the second net, again", V_TILDE, "interfaces.learning:output", EquationVerdict.DEFINITION,
+@row("39", "error of the second net, again", V_TILDE, "interfaces.learning:output", EquationVerdict.DEFINITION,
      "Eq. 36 repeated")  # fmt: skip
 def equation_39() -> Checks:
     spoken = array(loop.sample().command.torque) - K_R2 * R2 - K_I2 * INTEGRAL
@@ -216,7 +214,7 @@ def equation_39() -> Checks:
     return Checks([same("v_NN2 less the output of the law's net", ideal - spoken, net_error()[1])])
 
 
-@row(ROWS, "chi_2", "input of the second net", "chi_2 = (eta, r1, r2)", NET, EquationVerdict.AS_PRINTED,
+@row("chi_2", "input of the second net", "chi_2 = (eta, r1, r2)", NET, EquationVerdict.AS_PRINTED,
      "kept, but the target of Eq. 33 is not a function of it: e2 may change while r2 does not")  # fmt: skip
 def chi_2() -> Checks:
     theta_d, theta_d_dot, slope = ETA_D[1], ETA_D_DOT[1], GAINS.slope_2[1]
@@ -231,11 +229,9 @@ def chi_2() -> Checks:
        "m")  # fmt: skip
 
 
-@row(ROWS, "eta_d_dot", "rate of the desired attitude", "used in Eq. 28, never "
-     "defined", "control.filters:command_filter",
-     EquationVerdict.DEFINITION, "theta_d and phi_d pass through x_dd = w^2 (command - x) - 2 w x_dot, solved "
-                                 "exactly: the true rate "
-     "contains eta_dd, and so the torque itself")  # fmt: skip
+@row("eta_d_dot", "rate of the desired attitude", "used in Eq. 28, never defined", "control.filters:command_filter",
+     EquationVerdict.DEFINITION, "theta_d and phi_d pass through x_dd = w^2 (command - x) - 2 w x_dot, solved exactly: the "
+     "true rate contains eta_dd, and so the torque itself")  # fmt: skip
 def eta_d_dot() -> Checks:
     t, w = symbol("t"), symbol("w")
     start, command = Filtered(symbols("x", 2), symbols("x_dot", 2)), symbols("command", 2)

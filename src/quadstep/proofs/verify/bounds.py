@@ -6,7 +6,6 @@ import sympy
 from quadstep.proofs.verify.equation_row import (
     Check,
     Checks,
-    EquationRow,
     EquationVerdict,
     holds,
     near,
@@ -18,7 +17,6 @@ from quadstep.proofs.verify.equation_row import (
 from quadstep.proofs.verify.lyapunov import Batch, LyapunovBatch, WeightNorms, batch, moments
 from quadstep.proofs.verify.stability import LAW, SLOPES, TUNING, gap, printed_l_dot
 
-ROWS: list[EquationRow] = []
 SLACK = 1e-9
 
 
@@ -87,7 +85,7 @@ def cross_check() -> tuple[Check, str]:
 
 
 # Eq. 58
-@row(ROWS, "58", "L_dot with the tuning law", "L_dot <= -r^T K_v r + r^T eps_v + r^T (J_dot - 2C) r / 2 + kappa |r| "
+@row("58", "L_dot with the tuning law", "L_dot <= -r^T K_v r + r^T eps_v + r^T (J_dot - 2C) r / 2 + kappa |r| "
      "tr{W_tilde^T W_hat}", TUNING, EquationVerdict.CORRECTED,
      "r2 instead of r in the third term; the step needs J_M max(Lambda_2) in K_v; from Eq. 56, not 55; -r1^T delta as in "
      "56")  # fmt: skip
@@ -103,7 +101,7 @@ def equation_58() -> Checks:
     ], numbers)  # fmt: skip
 
 
-@row(ROWS, "59", "K_v and eps_v", "K_v = diag(K_r1 - m Lambda_1, K_r2 - J_M Lambda_2), eps_v = (eps_1, eps_2)", LAW,
+@row("59", "K_v and eps_v", "K_v = diag(K_r1 - m Lambda_1, K_r2 - J_M Lambda_2), eps_v = (eps_1, eps_2)", LAW,
      EquationVerdict.CORRECTED, "K_r2 - J_M max(Lambda_2) I unless Lambda_2 is scalar")  # fmt: skip
 def equation_59() -> Checks:
     m, _ = moments(59)
@@ -114,7 +112,7 @@ def equation_59() -> Checks:
 
 
 # Eq. 60
-@row(ROWS, "60", "L_dot with W_hat = W - W_tilde", "L_dot <= -r^T K_v r + r^T eps_v + r^T (J - 2C) r / 2 + kappa |r| "
+@row("60", "L_dot with W_hat = W - W_tilde", "L_dot <= -r^T K_v r + r^T eps_v + r^T (J - 2C) r / 2 + kappa |r| "
      "tr{W_tilde^T (W - W_tilde)}, third term 0", LAW, EquationVerdict.CORRECTED,
      "slips: J_dot instead of J, r2 instead of r; the third term is 0 for Christoffel's C")  # fmt: skip
 def equation_60() -> Checks:
@@ -129,10 +127,9 @@ def equation_60() -> Checks:
     ], f"4000 random moments: |r2^T (J - 2C) r2| up to {short(np.max(np.abs(undotted)))}, 0 with J_dot for J")  # fmt: skip
 
 
-@row(ROWS, "61", "L_dot in norms", "L_dot <= -|K_v|_min |r|^2 + kappa |r| {|W_tilde| |W| - |W_tilde|^2} + |eps_v|_max "
-     "|r|", LAW,
-     EquationVerdict.CORRECTED, "|K_v|_min has to be the smallest eigenvalue of K_v, not its 'minimum possible "
-                                "norm'")  # fmt: skip
+@row("61", "L_dot in norms", "L_dot <= -|K_v|_min |r|^2 + kappa |r| {|W_tilde| |W| - |W_tilde|^2} + |eps_v|_max |r|", LAW,
+     EquationVerdict.CORRECTED,
+     "|K_v|_min has to be the smallest eigenvalue of K_v, not its 'minimum possible norm'")  # fmt: skip
 def equation_61() -> Checks:
     m, w = moments(61)
     case_1 = np.diag([3.0 - 1.0 * 1.0] * 3 + [250.0 - 10.0 * 15.0] * 3)
@@ -147,7 +144,7 @@ def equation_61() -> Checks:
        f"|K_v| |r|^2 = {short(norm)}")  # fmt: skip
 
 
-@row(ROWS, "62", "L_dot, square completed", "L_dot <= -|r| {kappa [|W_tilde| - |W| / 2]^2 - kappa |W|^2 / 4 + |K_v|_min |r| - "
+@row("62", "L_dot, square completed", "L_dot <= -|r| {kappa [|W_tilde| - |W| / 2]^2 - kappa |W|^2 / 4 + |K_v|_min |r| - "
      "|eps_v|_max}", LAW, EquationVerdict.PROOF_STEP)  # fmt: skip
 def equation_62() -> Checks:
     m, w = moments(62)
@@ -160,10 +157,9 @@ def equation_62() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "63", "bound of r", "L_dot <= 0 if and only if |r| > (W_B^2 / 4 + |eps_v|_max) / |K_v|_min = b_r", LAW,
+@row("63", "bound of r", "L_dot <= 0 if and only if |r| > (W_B^2 / 4 + |eps_v|_max) / |K_v|_min = b_r", LAW,
      EquationVerdict.CORRECTED, "(kappa W_B^2 / 4 + |eps_v|_max) / |K_v|_min: the printed bound is too small for kappa > 1, "
-         "needlessly large "
-     "for kappa < 1; and 'if', not 'only if'")  # fmt: skip
+     "needlessly large for kappa < 1; and 'if', not 'only if'")  # fmt: skip
 def equation_63() -> Checks:
     m, w = moments(63)
     b_r = (damping(m) * w.ideal**2 / 4 + m.eps) / m.k_v
@@ -193,7 +189,7 @@ def attained() -> int:
     return int(np.sum((m.r > (w.ideal**2 / 4 + m.eps) / m.k_v) & (m.l_dot > 0)))
 
 
-@row(ROWS, "64", "condition on the weights' error", "kappa |W_tilde| {|W_tilde| - |W|} - |eps_v|_max > 0", TUNING,
+@row("64", "condition on the weights' error", "kappa |W_tilde| {|W_tilde| - |W|} - |eps_v|_max > 0", TUNING,
      EquationVerdict.PROOF_STEP)  # fmt: skip
 def equation_64() -> Checks:
     m, w = moments(64)
@@ -203,7 +199,7 @@ def equation_64() -> Checks:
     )
 
 
-@row(ROWS, "65", "bound of the weights' error", "|W_tilde| > W_B / 2 + sqrt(W_B^2 / 4 + |eps_v|_max / kappa) = b_w", TUNING,
+@row("65", "bound of the weights' error", "|W_tilde| > W_B / 2 + sqrt(W_B^2 / 4 + |eps_v|_max / kappa) = b_w", TUNING,
      EquationVerdict.PROOF_STEP, "for r != 0, see compact set")  # fmt: skip
 def equation_65() -> Checks:
     m, w = moments(65)
@@ -216,11 +212,9 @@ def equation_65() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "compact set", "conclusion from Eqs 63 and 65", "L_dot is negative outside a compact set; r and W_tilde "
-     "are UUB", LAW,
+@row("compact set", "conclusion from Eqs 63 and 65", "L_dot is negative outside a compact set; r and W_tilde are UUB", LAW,
      EquationVerdict.CORRECTED, "L_dot = 0 where r = 0, whatever W_tilde and the integrals are: the set is not compact, and "
-         "b_r, b_w are not "
-     "ultimate bounds")  # fmt: skip
+     "b_r, b_w are not ultimate bounds")  # fmt: skip
 def compact_set() -> Checks:
     m, w = moments(66, sliding=True)
     b_w = w.ideal / 2 + np.sqrt(w.ideal**2 / 4 + m.eps / damping(m))

@@ -82,13 +82,17 @@ def judge(row: EquationRow) -> JudgedRow:
         return JudgedRow(row, Checks([check]))
 
 
+ROWS: list[EquationRow] = []
+"""Of all modules that have been loaded."""
+
+
 def row(
-    rows: list[EquationRow], number: str, what: str, printed: str, where: str, verdict: EquationVerdict, reason: str = ""
+    number: str, what: str, printed: str, where: str, verdict: EquationVerdict, reason: str = ""
 ) -> Callable[[Callable[[], Checks]], Callable[[], Checks]]:
-    """Decorator: adds to `rows` a row whose evidence the decorated function gathers."""
+    """Decorator: adds to `ROWS` a row whose evidence the decorated function gathers."""
 
     def add(gather: Callable[[], Checks]) -> Callable[[], Checks]:
-        rows.append(EquationRow(number, what, printed, f"quadstep.{where}", verdict, reason, gather))
+        ROWS.append(EquationRow(number, what, printed, f"quadstep.{where}", verdict, reason, gather))
         return gather
 
     return add

@@ -8,7 +8,6 @@ from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify.equation_row import (
     Checks,
-    EquationRow,
     EquationVerdict,
     Expression,
     array,
@@ -55,7 +54,6 @@ from quadstep.vehicle.paper import (
 )
 from quadstep.world.paths import blend
 
-ROWS: list[EquationRow] = []
 STATE = State(symbols("xi"), symbols("xi_dot"), ATTITUDE, RATES)
 NOTHING = Vector((0.0, 0.0, 0.0))
 WEIGHT = sympy.Matrix([0, 0, MASS * GRAVITY])
@@ -68,13 +66,13 @@ def printed_direction(attitude: Vector = ATTITUDE) -> Expression:
     return sympy.Matrix([-s(theta), c(theta) * s(phi), c(theta) * c(phi)])
 
 
-@row(ROWS, "1", "position subsystem", "m xi_dd + (0, 0, m g) = F_d", "vehicle.paper:acceleration", EquationVerdict.AS_PRINTED)
+@row("1", "position subsystem", "m xi_dd + (0, 0, m g) = F_d", "vehicle.paper:acceleration", EquationVerdict.AS_PRINTED)
 def equation_1() -> Checks:
     shipped = array(acceleration(body(), ATTITUDE, THRUST, NOTHING))
     return Checks([same("m xi_dd + (0, 0, m g) of the plant", MASS * shipped + WEIGHT, THRUST * printed_direction())])
 
 
-@row(ROWS, "7", "position subsystem, summary", "m xi_dd = u (-s_th, c_th s_ph, c_th c_ph) + (0, 0, -m g)",
+@row("7", "position subsystem, summary", "m xi_dd = u (-s_th, c_th s_ph, c_th c_ph) + (0, 0, -m g)",
      "vehicle.paper:thrust_direction", EquationVerdict.AS_PRINTED, "see thrust direction")  # fmt: skip
 def equation_7() -> Checks:
     shipped = array(acceleration(body(), ATTITUDE, THRUST, NOTHING))
@@ -84,10 +82,9 @@ def equation_7() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "thrust direction", "direction of the thrust and order of the angles", "(-s_th, c_th s_ph, c_th c_ph)",
-     "vehicle.paper:thrust_direction", EquationVerdict.AS_PRINTED,
-     "kept, but it is R e3 for R = Rx(-phi) Ry(-theta) Rz(-psi), not for T_eta's Rz Ry Rx: one rigid body only while "
-     "the inertias are equal")  # fmt: skip
+@row("thrust direction", "direction of the thrust and order of the angles", "(-s_th, c_th s_ph, c_th c_ph)",
+     "vehicle.paper:thrust_direction", EquationVerdict.AS_PRINTED, "kept, but it is R e3 for R = Rx(-phi) Ry(-theta) "
+     "Rz(-psi), not for T_eta's Rz Ry Rx: one rigid body only while the inertias are equal")  # fmt: skip
 def direction() -> Checks:
     shipped, up = array(thrust_direction(ATTITUDE)), sympy.Matrix([0, 0, 1])
     t = rate_map(yaw_innermost())
@@ -112,7 +109,7 @@ def direction() -> Checks:
        f"(J11, J12) = {listed(j_flown)} flown, {listed(j_own)} in the thrust's own order")  # fmt: skip
 
 
-@row(ROWS, "9", "position subsystem with disturbance", "m x_dd = -u s_th + A_x; m y_dd = u c_th s_ph + A_y; "
+@row("9", "position subsystem with disturbance", "m x_dd = -u s_th + A_x; m y_dd = u c_th s_ph + A_y; "
      "m z_dd = u c_th c_ph - m g + A_z", "vehicle.paper:derivative", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_9() -> Checks:
     force = symbols("A_xyz")
@@ -123,7 +120,7 @@ def equation_9() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "67", "disturbance of the simulation", "A_xyz = A_eta = 3x2 array (x_dot phi_dot; y_dot theta_dot; z_dot psi_dot)",
+@row("67", "disturbance of the simulation", "A_xyz = A_eta = 3x2 array (x_dot phi_dot; y_dot theta_dot; z_dot psi_dot)",
      "vehicle.paper:disturb", EquationVerdict.CORRECTED,
      "a 3x2 array is not a force; the product of each row is meant, since sums contradict tau_psi = 0 in Case 1")  # fmt: skip
 def equation_67() -> Checks:
@@ -151,7 +148,7 @@ ROTORS = Rotors(ARM, MOMENT, symbol("f_min"), symbol("f_max"))
 THRUSTS = symbols("f", 4)
 
 
-@row(ROWS, "5", "rotor map", "(u, tau_phi, tau_theta, tau_psi) = M f, M rows (1, 1, 1, 1), (l, 0, -l, 0), (0, -l, 0, l), "
+@row("5", "rotor map", "(u, tau_phi, tau_theta, tau_psi) = M f, M rows (1, 1, 1, 1), (l, 0, -l, 0), (0, -l, 0, l), "
      "(c, -c, c, -c)", "vehicle.paper:rotor_map", EquationVerdict.AS_PRINTED, "see rotor signs, and tau")  # fmt: skip
 def equation_5() -> Checks:
     printed = sympy.Matrix([[1, 1, 1, 1], [ARM, 0, -ARM, 0], [0, -ARM, 0, ARM], [MOMENT, -MOMENT, MOMENT, -MOMENT]])
@@ -172,7 +169,7 @@ def equation_5() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "rotor signs", "positions and spin of the rotors of Eq. 5", "front and rear turn counter-clockwise; pitch by "
+@row("rotor signs", "positions and spin of the rotors of Eq. 5", "front and rear turn counter-clockwise; pitch by "
      "front and rear, roll by the lateral ones", "vehicle.paper:mix", EquationVerdict.DEFINITION,
      "Eq. 5 with the angles of Eq. 7 puts rotors 1, 2, 3, 4 at -y, -x, +y, +x; then front and rear (4, 2) turn clockwise, "
      "contrary to the text")  # fmt: skip
@@ -192,7 +189,7 @@ def rotor_signs() -> Checks:
     return Checks(checks)
 
 
-@row(ROWS, "tau", "meaning of tau", "used as the rotors' torque (Eq. 5) and as the generalised torque (Eq. 3)",
+@row("tau", "meaning of tau", "used as the rotors' torque (Eq. 5) and as the generalised torque (Eq. 3)",
      "vehicle.paper:euler_rate_matrix", EquationVerdict.AS_PRINTED,
      "kept: tau is generalised; virtual work gives tau_eta = T_eta^T tau_body, the same only at theta = phi = 0")  # fmt: skip
 def meaning_of_tau() -> Checks:

@@ -11,7 +11,6 @@ from quadstep.numbers import vector
 from quadstep.proofs.verify.equation_row import (
     Check,
     Checks,
-    EquationRow,
     EquationVerdict,
     Expression,
     array,
@@ -27,7 +26,6 @@ from quadstep.proofs.verify.equation_row import (
 )
 from quadstep.proofs.verify.forces import printed_direction
 
-ROWS: list[EquationRow] = []
 PLACE = "control.vectoring:invert_force"
 FORCE = symbols("f_d")
 F_X, F_Y, F_Z = FORCE
@@ -74,17 +72,17 @@ def plain(
     def gather() -> Checks:
         return Checks([same(printed, *sides(solution()))])
 
-    row(ROWS, name, what, printed, PLACE, verdict, reason)(gather)
+    row(name, what, printed, PLACE, verdict, reason)(gather)
 
 
-@row(ROWS, "21", "attitude and thrust for a force", "u_d (-s_thd, c_thd s_phd, c_thd c_phd) = F_d_hat", PLACE,
+@row("21", "attitude and thrust for a force", "u_d (-s_thd, c_thd s_phd, c_thd c_phd) = F_d_hat", PLACE,
      EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_21() -> Checks:
     found = solution()
     return Checks([same("the force made by the shipped solution", printed_force(found.u, found.theta, found.phi), FORCE)])
 
 
-@row(ROWS, "40", "Eq. 21 over time", "u_d (-s_thd, c_thd s_phd, c_thd c_phd) = F_d_hat(t)", PLACE, EquationVerdict.AS_PRINTED,
+@row("40", "Eq. 21 over time", "u_d (-s_thd, c_thd s_phd, c_thd c_phd) = F_d_hat(t)", PLACE, EquationVerdict.AS_PRINTED,
      "solvable for every force: angles that a force leaves undetermined are set to zero")  # fmt: skip
 def equation_40() -> Checks:
     checks: list[Check] = []
@@ -119,7 +117,7 @@ plain("49", "tangent of pitch", "tan theta_d = a / b", EquationVerdict.AS_PRINTE
      "for b > 0")  # fmt: skip
 
 
-@row(ROWS, "50", "pitch", "theta_d = atan(a / b)", PLACE, EquationVerdict.AS_PRINTED,
+@row("50", "pitch", "theta_d = atan(a / b)", PLACE, EquationVerdict.AS_PRINTED,
      "for b > 0; the code has atan2(a, b), the same there and right for a force along x too")  # fmt: skip
 def equation_50() -> Checks:
     along_x = invert_force(vector(3.0, 0.0, 0.0))[1]
@@ -132,8 +130,7 @@ plain("51", "tangent of roll", "tan phi_d = f_y / f_z", EquationVerdict.AS_PRINT
      "for f_z != 0")  # fmt: skip
 
 
-@row(ROWS, "52", "roll", "phi_d = atan(f_y / f_z), 'f_z != 0, i.e. phi and psi are not 90 "
-                         "deg'", PLACE, EquationVerdict.CORRECTED,
+@row("52", "roll", "phi_d = atan(f_y / f_z), 'f_z != 0, i.e. phi and psi are not 90 deg'", PLACE, EquationVerdict.CORRECTED,
      "atan2(f_y, f_z): atan takes the wrong branch for f_z < 0; and it is phi and theta that must not be 90 deg")  # fmt: skip
 def equation_52() -> Checks:
     found, upward = solution(), symbols("up", 1, positive=True)[0]

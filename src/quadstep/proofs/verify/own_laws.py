@@ -22,9 +22,8 @@ from quadstep.numbers import Matrix, Number, Vector
 from quadstep.numbers.rotations import normalised, yaw_pitch_roll
 from quadstep.proofs.plain import Plain, apply, blocks, christoffel, inertia, learnt, limited, neurons, rows, size
 from quadstep.proofs.theory.trials import LoopBatch, draw_sample
-from quadstep.proofs.verify.equation_row import Checks, EquationRow, EquationVerdict, agree, row
+from quadstep.proofs.verify.equation_row import Checks, EquationVerdict, agree, row
 
-ROWS: list[EquationRow] = []
 COUNT, PERIOD = 300, 0.004
 COMPLETED_LAW = "control.completed_backstepping:CompletedBackstepping.law"
 
@@ -67,7 +66,7 @@ def direction(tilt: Plain) -> Plain:
     return np.stack([-np.sin(theta), np.cos(theta) * np.sin(phi), np.cos(theta) * np.cos(phi)], axis=1)
 
 
-@row(ROWS, "completed law", "the law that completes the paper's", "not in the paper: tau = Eq. 35 + P e2 + J (eta_d_dd - "
+@row("completed law", "the law that completes the paper's", "not in the paper: tau = Eq. 35 + P e2 + J (eta_d_dd - "
      "Lambda_2^2 e2 - Lambda_2 c + c_dot) + C (eta_d_dot + Lambda_2 e2 + c), c = filtered P^-1 u_d B^T r1, r2 = e2_dot + "
      "Lambda_2 e2 + c", COMPLETED_LAW, EquationVerdict.DEFINITION,
      "docs/theory.md; every part of command and memory, sampled, nets on and off, bounds reached or not")  # fmt: skip
@@ -242,11 +241,10 @@ def followed(m: RotationBatch, hedge: Plain) -> tuple[Plain, Plain, Plain]:
     return f @ exponential(PERIOD * rates), rates, acceleration
 
 
-@row(ROWS, "rotation law", "the paper's law on the rotation group", "not in the paper: F = m (xi_d_dd + g e_z - "
-     "Lambda_1^2 e1 + K_r1 r1 + K_i1 int r1 + W_hat_1^T mu_1), tau = Sigma (omega_d_dot + Lambda_2 e2_dot + K_r2 r2 + "
-     "K_i2 int r2 + P e2 + W_hat_2^T mu_2) + omega x Sigma omega", ROTATION_LAW, EquationVerdict.DEFINITION,
-     "both loops with hedging, bounds and learning; e2 the turn to the filtered attitude, gains over mass and "
-     "inertia")  # fmt: skip
+@row("rotation law", "the paper's law on the rotation group", "not in the paper: F = m (xi_d_dd + g e_z - Lambda_1^2 e1 + "
+     "K_r1 r1 + K_i1 int r1 + W_hat_1^T mu_1), tau = Sigma (omega_d_dot + Lambda_2 e2_dot + K_r2 r2 + K_i2 int r2 + P e2 + "
+     "W_hat_2^T mu_2) + omega x Sigma omega", ROTATION_LAW, EquationVerdict.DEFINITION, "both loops with hedging, bounds and "
+     "learning; e2 the turn to the filtered attitude, gains over mass and inertia")  # fmt: skip
 def rotation_law() -> Checks:
     m = RotationBatch()
     g, memory, measured, reference = m.gains, m.memory, m.measured, m.reference

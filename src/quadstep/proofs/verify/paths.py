@@ -9,7 +9,6 @@ from quadstep.numbers import Vector, vector
 from quadstep.proofs.verify.equation_row import (
     Check,
     Checks,
-    EquationRow,
     EquationVerdict,
     Expression,
     array,
@@ -24,7 +23,6 @@ from quadstep.proofs.verify.equation_row import (
 )
 from quadstep.world.paths import MinimumJerk, MinimumJerkParameters, blend
 
-ROWS: list[EquationRow] = []
 PATH, BLEND = "world.paths:MinimumJerk.reference", "world.paths:blend"
 T, DURATION = symbol("t"), symbol("t_f")
 START, END = symbols("start"), symbols("end")
@@ -75,9 +73,8 @@ def quintic(axis: int, name: str) -> list[Check]:
     ]
 
 
-@row(ROWS, "68", "velocity of the path", "x_d_dot = a_1 + 2 a_2 t + 3 a_3 t^2 + 4 a_4 t^3 + 5 a_5 "
-     "t^4", BLEND, EquationVerdict.AS_PRINTED,
-     "Section 6 cites it once for the disturbance of Eq. 67")  # fmt: skip
+@row("68", "velocity of the path", "x_d_dot = a_1 + 2 a_2 t + 3 a_3 t^2 + 4 a_4 t^3 + 5 a_5 t^4", BLEND,
+     EquationVerdict.AS_PRINTED, "Section 6 cites it once for the disturbance of Eq. 67")  # fmt: skip
 def equation_68() -> Checks:
     a = coefficients().a
     printed = a[1] + 2 * a[2] * T + 3 * a[3] * T**2 + 4 * a[4] * T**3 + 5 * a[5] * T**4
@@ -91,7 +88,7 @@ def equation_68() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "69", "acceleration of the path", "x_d_dd = 2 a_2 + 6 a_3 t + 12 a_4 t^2 + 20 a_5 t^3", BLEND,
+@row("69", "acceleration of the path", "x_d_dd = 2 a_2 + 6 a_3 t + 12 a_4 t^2 + 20 a_5 t^3", BLEND,
      EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_69() -> Checks:
     a = coefficients().a
@@ -102,7 +99,7 @@ def equation_69() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "70", "end conditions", "(d_x, 0, 0) = [1, t_f, t_f^2; 3, 4 t_f, 5 t_f^2; 6, 12 t_f, 20 t_f^2] (a_3, a_4, a_5), "
+@row("70", "end conditions", "(d_x, 0, 0) = [1, t_f, t_f^2; 3, 4 t_f, 5 t_f^2; 6, 12 t_f, 20 t_f^2] (a_3, a_4, a_5), "
      "d_x = (x_df - x_d0) / t_f^3", BLEND, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_70() -> Checks:
     c = coefficients()
@@ -118,9 +115,7 @@ def equation_70() -> Checks:
     ])  # fmt: skip
 
 
-@row(
-    ROWS, "71", "coefficients", "(a_3, a_4, a_5) = inverse of that matrix times (d_x, 0, 0)", BLEND, EquationVerdict.AS_PRINTED
-)
+@row("71", "coefficients", "(a_3, a_4, a_5) = inverse of that matrix times (d_x, 0, 0)", BLEND, EquationVerdict.AS_PRINTED)
 def equation_71() -> Checks:
     d = (END[0] - START[0]) / DURATION**3
     solved = SYSTEM.inv() * sympy.Matrix([d, 0, 0])
@@ -133,7 +128,6 @@ def equation_71() -> Checks:
 def axis_row(number: str, axis: int, name: str) -> None:
     """The row of Eq. 72, 73 or 74."""
     row(
-        ROWS,
         number,
         f"path along {name}",
         f"{name}_d = {name}_d0 + a_3 t^3 + a_4 t^4 + a_5 t^5",
@@ -147,7 +141,7 @@ axis_row("73", 1, "y")
 axis_row("74", 2, "z")
 
 
-@row(ROWS, "75", "example", "x_d = 0.1 t^3 - 0.015 t^4 + 0.0006 t^5 for t_f = 10, x_df = 10, d_x = 0.01", PATH,
+@row("75", "example", "x_d = 0.1 t^3 - 0.015 t^4 + 0.0006 t^5 for t_f = 10, x_df = 10, d_x = 0.01", PATH,
      EquationVerdict.AS_PRINTED, "Section 6 announces two cases before it, and three follow")  # fmt: skip
 def equation_75() -> Checks:
     example = MinimumJerkParameters(vector(0.0, 0.0, 0.0), vector(10.0, 20.0, 40.0), 0.0, 0.0, 10.0)
@@ -164,10 +158,9 @@ def equation_75() -> Checks:
                          "m", "equal")])  # fmt: skip
 
 
-@row(ROWS, "least jerk", "Section 6: 'the jerk is minimized over the time horizon'", "minimise the integral of "
-     "x_d_ddd^2 with rest at "
-     "both ends", BLEND, EquationVerdict.PROOF_STEP, "against every polynomial with the same ends up to degree 9, and by "
-     "Euler-Lagrange")  # fmt: skip
+@row("least jerk", "Section 6: 'the jerk is minimized over the time horizon'",
+     "minimise the integral of x_d_ddd^2 with rest at both ends", BLEND, EquationVerdict.PROOF_STEP,
+     "against every polynomial with the same ends up to degree 9, and by Euler-Lagrange")  # fmt: skip
 def least_jerk() -> Checks:
     share = cut(blend(T, DURATION)[0])
     free = symbols("q", 4)

@@ -7,7 +7,6 @@ from quadstep.numbers import Vector
 from quadstep.proofs.verify.equation_row import (
     Check,
     Checks,
-    EquationRow,
     EquationVerdict,
     Expression,
     along,
@@ -51,7 +50,6 @@ from quadstep.vehicle.paper import (
     euler_rate_partials,
 )
 
-ROWS: list[EquationRow] = []
 STANDARD, PRINTED = Kinematics.STANDARD, Kinematics.PRINTED
 MASS, GRAVITY, THRUST = symbol("m"), symbol("g"), symbol("u")
 TORQUE = symbols("tau")
@@ -84,7 +82,7 @@ def solves_lagrange(kinematics: Kinematics, bias: Expression) -> Check:
     return same(f"J eta_dd + C eta_dot = tau, {kinematics} T_eta", inertia_matrix(kinematics) * turning + bias, TORQUE)
 
 
-@row(ROWS, "2", "rotation subsystem, Lagrange's equations", "J eta_dd + d/dt{J} eta_dot - 1/2 d/deta(eta_dot J eta_dot) = tau",
+@row("2", "rotation subsystem, Lagrange's equations", "J eta_dd + d/dt{J} eta_dot - 1/2 d/deta(eta_dot J eta_dot) = tau",
      "vehicle.paper:coriolis_torque", EquationVerdict.AS_PRINTED,
      "with the transpose on the first eta_dot, which the text at hand lacks")  # fmt: skip
 def equation_2() -> Checks:
@@ -106,7 +104,7 @@ def equation_2() -> Checks:
     return Checks(checks)
 
 
-@row(ROWS, "3", "rotation subsystem with C", "J eta_dd + C(eta, eta_dot) eta_dot = tau",
+@row("3", "rotation subsystem with C", "J eta_dd + C(eta, eta_dot) eta_dot = tau",
      "vehicle.paper:angular_acceleration", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_3() -> Checks:
     checks = []
@@ -118,8 +116,7 @@ def equation_3() -> Checks:
     return Checks(checks)
 
 
-@row(ROWS, "4", "effective inertia", "J = T_eta^T Sigma T_eta", "vehicle.paper:effective_inertia",
-    EquationVerdict.AS_PRINTED,
+@row("4", "effective inertia", "J = T_eta^T Sigma T_eta", "vehicle.paper:effective_inertia", EquationVerdict.AS_PRINTED,
      "with T_eta as in its own row")  # fmt: skip
 def equation_4() -> Checks:
     t = rate_map(zyx())
@@ -134,11 +131,10 @@ def equation_4() -> Checks:
     return Checks(checks)
 
 
-@row(ROWS, "T_eta", "body rates from Euler rates", "rows (-s_th, 0, 1), (c_th s_psi, c_psi, 0), (c_th c_psi, -s_psi, 0)",
-     "vehicle.paper:euler_rate_matrix", EquationVerdict.CORRECTED,
-     "either rows 2 and 3 need roll in place of yaw, or the columns mean (phi, theta, psi) and the rows z, y, x: then it is "
-     "-T_eta of the thrust's own order; as printed, for (psi, theta, phi), Lagrange and Newton-Euler disagree unless the "
-     "inertias are equal")  # fmt: skip
+@row("T_eta", "body rates from Euler rates", "rows (-s_th, 0, 1), (c_th s_psi, c_psi, 0), (c_th c_psi, -s_psi, 0)",
+     "vehicle.paper:euler_rate_matrix", EquationVerdict.CORRECTED, "either rows 2 and 3 need roll in place of yaw, or the "
+     "columns mean (phi, theta, psi) and the rows z, y, x: then it is -T_eta of the thrust's own order; as printed, for (psi, "
+     "theta, phi), Lagrange and Newton-Euler disagree unless the inertias are equal")  # fmt: skip
 def t_eta() -> Checks:
     t = rate_map(zyx())
     printed = t.subs(ATTITUDE[2], ATTITUDE[0])
@@ -173,7 +169,7 @@ def number_at(expression: Expression, inertia: tuple[float, ...], torque: tuple[
     return number(expression, point | dict(zip(TORQUE, map(sympy.Integer, torque), strict=False)))
 
 
-@row(ROWS, "6", "the matrix C", "C = J_dot - 1/2 d/deta(eta_dot^T J) = 2 T^T Sigma T_dot - ...; J_dot - 2C skew",
+@row("6", "the matrix C", "C = J_dot - 1/2 d/deta(eta_dot^T J) = 2 T^T Sigma T_dot - ...; J_dot - 2C skew",
      "vehicle.paper:coriolis", EquationVerdict.CORRECTED,
      "J_dot - 2C is not skew for this C, but is for Christoffel's; J_dot = T_dot^T Sigma T + T^T Sigma T_dot")  # fmt: skip
 def equation_6() -> Checks:
@@ -209,7 +205,7 @@ def equation_6() -> Checks:
                             f"{short(number_at(slip, UNEQUAL))} at (1, 2) for diag{UNEQUAL}")  # fmt: skip
 
 
-@row(ROWS, "8", "rotation subsystem, summary", "J eta_dd = -C(eta, eta_dot) eta_dot + tau",
+@row("8", "rotation subsystem, summary", "J eta_dd = -C(eta, eta_dot) eta_dot + tau",
      "vehicle.paper:angular_acceleration", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_8() -> Checks:
     return Checks([
@@ -218,7 +214,7 @@ def equation_8() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "10", "rotation subsystem with disturbance", "J eta_dd = tau - C(eta, eta_dot) eta_dot + A_eta",
+@row("10", "rotation subsystem with disturbance", "J eta_dd = tau - C(eta, eta_dot) eta_dot + A_eta",
      "vehicle.paper:derivative", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_10() -> Checks:
     state = State(symbols("xi"), symbols("xi_dot"), ATTITUDE, RATES)
@@ -231,7 +227,7 @@ def equation_10() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "66", "effective inertia written out", "rows (Sx s_th^2 + Sy c_th^2 s_psi^2 + Sz c_th^2 c_psi^2, "
+@row("66", "effective inertia written out", "rows (Sx s_th^2 + Sy c_th^2 s_psi^2 + Sz c_th^2 c_psi^2, "
      "(Sy-Sz) c_th s_psi c_psi, -Sx s_th), ((Sy-Sz) c_th c_psi s_psi, Sy c_psi^2 + Sz s_psi^2, 0), (-Sx s_th, 0, Sx)",
      "vehicle.paper:effective_inertia", EquationVerdict.CORRECTED,
      "roll for yaw as in T_eta; otherwise as printed")  # fmt: skip

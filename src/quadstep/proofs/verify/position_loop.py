@@ -24,7 +24,6 @@ from quadstep.proofs.verify.closed_loop import (
 )
 from quadstep.proofs.verify.equation_row import (
     Checks,
-    EquationRow,
     EquationVerdict,
     Expression,
     along,
@@ -43,7 +42,6 @@ from quadstep.proofs.verify.plant import MASS, THRUST
 from quadstep.proofs.verify.rigid_body import ATTITUDE, RATES
 from quadstep.vehicle.paper import disturb, thrust_direction
 
-ROWS: list[EquationRow] = []
 LAW = "control.backstepping:position_loop"
 K_R1, K_I1 = loop.diagonal(GAINS.gain_1), loop.diagonal(GAINS.integral_1)
 INTEGRAL = array(MEMORY.integral_1)
@@ -66,20 +64,20 @@ def force_with(estimate: Expression) -> Vector:
     return desired_force(GAINS, REFERENCE, Vector(E1), Vector(R1), MEMORY.integral_1, Vector(estimate))
 
 
-@row(ROWS, "11", "position error", "e1 = xi_d - xi", LAW, EquationVerdict.AS_PRINTED)
+@row("11", "position error", "e1 = xi_d - xi", LAW, EquationVerdict.AS_PRINTED)
 def equation_11() -> Checks:
     r1 = array(loop.sample(gains=GAINS._replace(slope_1=vector(1.0, 1.0, 1.0))).command.r1)
     matched = dict(zip(REFERENCE.velocity, STATE.velocity, strict=True))
     return Checks([same("r1 of the law for Lambda_1 = I, at the path's velocity", r1.xreplace(matched), E1)])
 
 
-@row(ROWS, "12", "sliding mode error", "r1 = e1_dot + Lambda_1 e1", LAW, EquationVerdict.AS_PRINTED)
+@row("12", "sliding mode error", "r1 = e1_dot + Lambda_1 e1", LAW, EquationVerdict.AS_PRINTED)
 def equation_12() -> Checks:
     return Checks([same("r1 of the law", loop.sample().command.r1, E1_DOT + LAMBDA_1 * E1)])
 
 
 # Eq. 13
-@row(ROWS, "13", "e1 is bounded by r1", "|e1| <= |r1| / sigma_min(Lambda_1), |e1_dot| <= |r1|", LAW, EquationVerdict.CORRECTED,
+@row("13", "e1 is bounded by r1", "|e1| <= |r1| / sigma_min(Lambda_1), |e1_dot| <= |r1|", LAW, EquationVerdict.CORRECTED,
      "both fail at an instant; for e1(0) = 0 the suprema over time obey |e1| <= sup|r1| / sigma_min and "
      "|e1_dot| <= (1 + sigma_max / sigma_min) sup|r1|")  # fmt: skip
 def equation_13() -> Checks:
@@ -115,7 +113,7 @@ def in_errors(thing: Vector) -> Expression:
 
 
 # Eq. 14
-@row(ROWS, "14", "sliding", "e1(t) = exp(-Lambda_1 t) e1(0)", LAW, EquationVerdict.AS_PRINTED, "while r1 = 0")
+@row("14", "sliding", "e1(t) = exp(-Lambda_1 t) e1(0)", LAW, EquationVerdict.AS_PRINTED, "while r1 = 0")
 def equation_14() -> Checks:
     t, start = symbol("t"), symbols("e1_0")
     slide = [sympy.exp(-slope * t) * e for slope, e in zip(GAINS.slope_1, start, strict=True)]
@@ -128,14 +126,14 @@ def equation_14() -> Checks:
 
 
 # Eq. 15
-@row(ROWS, "15", "rate of r1", "m r1_dot = m e1_dd + m Lambda_1 e1_dot", LAW, EquationVerdict.AS_PRINTED)
+@row("15", "rate of r1", "m r1_dot = m e1_dd + m Lambda_1 e1_dot", LAW, EquationVerdict.AS_PRINTED)
 def equation_15() -> Checks:
     e1_dd = XI_D_DD - array(loop.plant().velocity)
     return Checks([same("m r1_dot", MASS * r1_dot(), MASS * e1_dd + MASS * LAMBDA_1 * E1_DOT)])
 
 
 # Eq. 16
-@row(ROWS, "16", "rate of r1 in terms of r1 and e1", "m r1_dot = m xi_d_dd - m xi_dd + m Lambda_1 (r1 - Lambda_1 e1)", LAW,
+@row("16", "rate of r1 in terms of r1 and e1", "m r1_dot = m xi_d_dd - m xi_dd + m Lambda_1 (r1 - Lambda_1 e1)", LAW,
      EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_16() -> Checks:
     printed = MASS * XI_D_DD - MASS * array(loop.plant().velocity) + MASS * LAMBDA_1 * (R1 - LAMBDA_1 * E1)
@@ -148,7 +146,7 @@ def driven(force: Expression) -> Expression:
 
 
 # Eq. 17
-@row(ROWS, "17", "rate of r1 under thrust", "m r1_dot = m xi_d_dd - u (-s_th, c_th s_ph, c_th c_ph) - (0, 0, -m g) - A_xyz "
+@row("17", "rate of r1 under thrust", "m r1_dot = m xi_d_dd - u (-s_th, c_th s_ph, c_th c_ph) - (0, 0, -m g) - A_xyz "
      "+ m Lambda_1 (r1 - Lambda_1 e1)", LAW, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_17() -> Checks:
     printed = MASS * XI_D_DD - THRUST * printed_direction() - M_G - array(FORCE) + MASS * LAMBDA_1 * (R1 - LAMBDA_1 * E1)
@@ -156,13 +154,13 @@ def equation_17() -> Checks:
 
 
 # Eq. 18
-@row(ROWS, "18", "rate of r1 under F_d", "m r1_dot = m xi_d_dd + m Lambda_1 r1 - m Lambda_1^2 e1 - F_d - m_g - A_xyz", LAW,
+@row("18", "rate of r1 under F_d", "m r1_dot = m xi_d_dd + m Lambda_1 r1 - m Lambda_1^2 e1 - F_d - m_g - A_xyz", LAW,
      EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_18() -> Checks:
     return Checks([same("m r1_dot", MASS * r1_dot(), driven(THRUST * printed_direction()))])
 
 
-@row(ROWS, "19", "desired force", "F_d_hat = m xi_d_dd - m Lambda_1^2 e1 - m_g - A_hat + K_r1 r1 + K_i1 int r1",
+@row("19", "desired force", "F_d_hat = m xi_d_dd - m Lambda_1^2 e1 - m_g - A_hat + K_r1 r1 + K_i1 int r1",
      "control.backstepping:desired_force", EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_19() -> Checks:
     after = array(loop.sample().following.integral_1)
@@ -172,7 +170,7 @@ def equation_19() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "22", "function approximated by the first net", "v_NN1 = -A_xyz = W_1^T mu_1(chi_1) + eps_1",
+@row("22", "function approximated by the first net", "v_NN1 = -A_xyz = W_1^T mu_1(chi_1) + eps_1",
      "interfaces.learning:basis", EquationVerdict.DEFINITION)  # fmt: skip
 def equation_22() -> Checks:
     weights = [list(row) for row in loop.NET_1.input_weights]
@@ -180,7 +178,7 @@ def equation_22() -> Checks:
     return Checks([same("mu_1 of the code: sigmoid of weighted inputs and a bias", loop.mu(loop.NET_1, CHI_1), sigmoids)])
 
 
-@row(ROWS, "23", "first net", "v_NN1_hat = -A_hat = W_hat_1^T mu_1(chi_1)", "interfaces.learning:output",
+@row("23", "first net", "v_NN1_hat = -A_hat = W_hat_1^T mu_1(chi_1)", "interfaces.learning:output",
      EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_23() -> Checks:
     spoken = force_of(loop.sample().command) - force_of(loop.sample(learning=False).command)
@@ -191,7 +189,7 @@ def equation_23() -> Checks:
     ])  # fmt: skip
 
 
-@row(ROWS, "24", "desired force with the net", "F_d_hat = m xi_d_dd - m Lambda_1^2 e1 - m_g + W_hat_1^T mu_1 + K_r1 r1 + "
+@row("24", "desired force with the net", "F_d_hat = m xi_d_dd - m Lambda_1^2 e1 - m_g + W_hat_1^T mu_1 + K_r1 r1 + "
      "K_i1 int r1", LAW, EquationVerdict.AS_PRINTED)  # fmt: skip
 def equation_24() -> Checks:
     printed = FEEDBACK + array(loop.W_HAT_1).T * loop.mu(loop.NET_1, CHI_1)
@@ -207,7 +205,7 @@ def ideal_1() -> Expression:
 
 
 # Eq. 25
-@row(ROWS, "25", "error of the first net", "-A_tilde = W_1^T mu_1 - W_hat_1^T mu_1 + eps_1 = W_tilde_1^T mu_1 + eps_1",
+@row("25", "error of the first net", "-A_tilde = W_1^T mu_1 - W_hat_1^T mu_1 + eps_1 = W_tilde_1^T mu_1 + eps_1",
      "interfaces.learning:output", EquationVerdict.DEFINITION)  # fmt: skip
 def equation_25() -> Checks:
     basis = loop.mu(loop.NET_1, CHI_1)
@@ -215,7 +213,7 @@ def equation_25() -> Checks:
     return Checks([same("A_hat - A by Eqs 22 and 23", a_hat - a, (array(W_1) - array(loop.W_HAT_1)).T * basis + array(EPS_1))])
 
 
-@row(ROWS, "chi_1", "input of the first net", "chi_1 = (xi, r1, eta, eta_dot)", LAW, EquationVerdict.AS_PRINTED,
+@row("chi_1", "input of the first net", "chi_1 = (xi, r1, eta, eta_dot)", LAW, EquationVerdict.AS_PRINTED,
      "kept, but it lacks xi_dot, on which A_xyz of Eq. 67 depends")  # fmt: skip
 def chi_1() -> Checks:
     shift = {v: v + 1 for v in (STATE.velocity[0], REFERENCE.velocity[0])}
@@ -249,7 +247,7 @@ def off_by(angle: float) -> float:
     return (real - vector(0.0, 0.0, 9.81)).norm()
 
 
-@row(ROWS, "20", "closed loop of the position", "m r1_dot = -(K_r1 - m Lambda_1) r1 - A_tilde - K_i1 int r1",
+@row("20", "closed loop of the position", "m r1_dot = -(K_r1 - m Lambda_1) r1 - A_tilde - K_i1 int r1",
      "control.backstepping:desired_force", EquationVerdict.CORRECTED,
      "right only at the desired attitude; in flight add -delta, delta = F_d(u_d, theta, phi) - F_d_hat")  # fmt: skip
 def equation_20() -> Checks:
@@ -264,7 +262,7 @@ def equation_20() -> Checks:
 
 
 # Eq. 26
-@row(ROWS, "26", "closed loop of the position with the net", "m r1_dot = -(K_r1 - m Lambda_1) r1 + W_tilde_1^T mu_1 - "
+@row("26", "closed loop of the position with the net", "m r1_dot = -(K_r1 - m Lambda_1) r1 + W_tilde_1^T mu_1 - "
      "K_i1 int r1 + eps_1", LAW, EquationVerdict.CORRECTED, "add -delta, as in Eq. 20")  # fmt: skip
 def equation_26() -> Checks:
     command = loop.sample().command
@@ -281,10 +279,9 @@ def equation_26() -> Checks:
     ], f"hover, m = 1 kg, theta off by 0.1 rad: m r1_dot is off by |delta| = {short(off_by(0.1))} N")  # fmt: skip
 
 
-@row(ROWS, "delta", "the coupling that Eqs 20, 26, 56 leave out", "none: F_d = F_d_hat is assumed",
-     "vehicle.paper:thrust_direction", EquationVerdict.CORRECTED,
-     "delta = F_d(u_d, theta, phi) - F_d_hat, |delta| <= u_d |e2|; L_dot gains -r1^T delta, which nothing "
-     "cancels")  # fmt: skip
+@row("delta", "the coupling that Eqs 20, 26, 56 leave out", "none: F_d = F_d_hat is assumed", "vehicle.paper:thrust_direction",
+     EquationVerdict.CORRECTED, "delta = F_d(u_d, theta, phi) - F_d_hat, |delta| <= u_d |e2|; L_dot gains -r1^T delta, which "
+     "nothing cancels")  # fmt: skip
 def delta() -> Checks:
     there, here = symbols("there"), symbols("here")
     gap = array(thrust_direction(here)) - array(thrust_direction(there))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from quadstep.io.errors import UserError
 from quadstep.io.files import write_beside
-from quadstep.proofs.verify import (
+from quadstep.proofs.verify import (  # noqa: F401 (each adds its rows)
     attitude_loop,
     bounds,
     forces,
@@ -20,7 +20,7 @@ from quadstep.proofs.verify import (
     remarks,
     stability,
 )
-from quadstep.proofs.verify.equation_row import EquationRow, EquationVerdict, JudgedRow, judge
+from quadstep.proofs.verify.equation_row import ROWS, EquationRow, EquationVerdict, JudgedRow, judge
 from quadstep.report.mathml import dollars
 
 HEADER = ("number", "what", "where", "verdict", "reason")
@@ -96,8 +96,7 @@ def place(row: EquationRow) -> tuple[int, int]:
 
 def all_rows() -> list[EquationRow]:
     """Every row, in the order of the paper."""
-    parts = (plant, forces, position_loop, attitude_loop, inversion, stability, bounds, paths, remarks, own_laws)
-    return sorted((row for part in parts for row in part.ROWS), key=place)
+    return sorted(ROWS, key=place)
 
 
 def chosen(only: str | None) -> list[EquationRow]:

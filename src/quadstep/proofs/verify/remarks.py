@@ -16,7 +16,6 @@ from quadstep.proofs.verify.attitude_loop import target
 from quadstep.proofs.verify.closed_loop import GAINS, MEMORY, REFERENCE, STATE
 from quadstep.proofs.verify.equation_row import (
     Checks,
-    EquationRow,
     EquationVerdict,
     Expression,
     array,
@@ -34,7 +33,6 @@ from quadstep.proofs.verify.plant import MASS, THRUST, body
 from quadstep.proofs.verify.rigid_body import ATTITUDE, INERTIA
 from quadstep.vehicle.paper import Rotors, State, Vehicle, acceleration, angular_acceleration, effective_inertia
 
-ROWS: list[EquationRow] = []
 FORCE_LAW, NET = "control.backstepping:desired_force", "control.backstepping:torque_basis"
 
 
@@ -43,7 +41,7 @@ def shipped_force() -> Expression:
     return array(desired_force(GAINS, REFERENCE, zero, zero, zero, zero))
 
 
-@row(ROWS, "assumption (a)", "the theorem's assumption about the path", "|q_d| < q_B, q_d = (xi_d, psi_d); "
+@row("assumption (a)", "the theorem's assumption about the path", "|q_d| < q_B, q_d = (xi_d, psi_d); "
      "'assumption (a) always holds'", FORCE_LAW, EquationVerdict.CORRECTED,
      "Eq. 24 needs a bounded xi_d_dd, Eq. 33 a bounded eta_d_dd and so xi_d's fourth and psi_d's second derivative; a bound "
      "on q_d bounds none of them")  # fmt: skip
@@ -62,7 +60,7 @@ def assumption() -> Checks:
     ], f"x_d = sin(100 t) m, |q_d| <= 1: m = 1 kg needs {short(force)} N")  # fmt: skip
 
 
-@row(ROWS, "arbitrarily small", "Theorem 5.1, last sentence", "r_1 and r_2 can be made arbitrarily small by K_r1, "
+@row("arbitrarily small", "Theorem 5.1, last sentence", "r_1 and r_2 can be made arbitrarily small by K_r1, "
      "K_r2, Lambda_1, Lambda_2", NET, EquationVerdict.CORRECTED,
      "not shown: b_r falls as K_v grows only if W_B and eps_v stay, but Lambda_2^2 appears in the second net's target "
      "(Eq. 33), and the gains of the outer loop in eta_d_dd")  # fmt: skip
@@ -84,11 +82,10 @@ def arbitrarily_small() -> Checks:
        f"demands {short(-high)} N m")  # fmt: skip
 
 
-@row(ROWS, "conclusion", "Section 7 on the force dynamics", "'completely independent of the rotational dynamics "
-     "except through the aerodynamic state dependent "
-     "disturbances'", "vehicle.paper:acceleration", EquationVerdict.CORRECTED,
-     "the attitude sets the thrust's direction (Eqs 1, 7): without any aerodynamics theta and phi still move the vehicle "
-     "sideways")  # fmt: skip
+@row("conclusion", "Section 7 on the force dynamics",
+     "'completely independent of the rotational dynamics except through the aerodynamic state dependent disturbances'",
+     "vehicle.paper:acceleration", EquationVerdict.CORRECTED, "the attitude sets the thrust's direction (Eqs 1, 7): without "
+     "any aerodynamics theta and phi still move the vehicle sideways")  # fmt: skip
 def conclusion() -> Checks:
     nothing = vector(0.0, 0.0, 0.0)
     free = array(acceleration(body(), ATTITUDE, THRUST, nothing))
@@ -104,11 +101,9 @@ def conclusion() -> Checks:
 WIDE, NARROW = vector(8e6, 4e6, 2e6, 1e6), vector(2.0, 1.0, 0.2, 0.1)
 
 
-@row(ROWS, "[11]", "the controller of reference [11]", "not given in this "
-     "paper", "control.nested_saturation:NestedSaturation.law",
+@row("[11]", "the controller of reference [11]", "not given in this paper", "control.nested_saturation:NestedSaturation.law",
      EquationVerdict.DEFINITION, "u c_th c_ph = m g - m (a_z1 z_dot + a_z2 z); tau = C eta_dot + J tau~; unsaturated, each "
-         "channel has the "
-     "poles of (s + 1)^4")  # fmt: skip
+     "channel has the poles of (s + 1)^4")  # fmt: skip
 def reference_11() -> Checks:
     slopes = [-nested(WIDE, *unit) for unit in np.eye(4).tolist()]
     far, near_by = nested(NARROW, 0.0, 0.0, 0.0, 100.0), nested(NARROW, 0.01, -0.02, 0.03, 0.01)

@@ -13,7 +13,6 @@ from quadstep.proofs.verify import closed_loop as loop
 from quadstep.proofs.verify.closed_loop import E1, E1_DOT, GAINS, LAMBDA_1, MEMORY, R1, R2, STATE
 from quadstep.proofs.verify.equation_row import (
     Checks,
-    EquationRow,
     EquationVerdict,
     array,
     branch,
@@ -31,7 +30,6 @@ from quadstep.vehicle.lagrange import AttainedCommand, Lagrange, Limits, Paramet
 from quadstep.vehicle.paper import effective_inertia
 from quadstep.world.paths import MinimumJerk, MinimumJerkParameters
 
-ROWS: list[EquationRow] = []
 LAW, TUNING = "control.backstepping:Backstepping.law", "interfaces.learning:weight_rate"
 NORM = sympy.sqrt((R1.T * R1)[0] + (R2.T * R2)[0])
 SLOPES = (1.0, 5.0, 25.0)
@@ -42,11 +40,10 @@ def largest(sizes: ArrayLike) -> float:
 
 
 # Eq. 53
-@row(ROWS, "53", "e1 and e2 are bounded by r1 and r2", "|e_i| <= |s + Lambda_i|^-1 |r_i| <= |r_i| / sigma_min(Lambda_i)", LAW,
+@row("53", "e1 and e2 are bounded by r1 and r2", "|e_i| <= |s + Lambda_i|^-1 |r_i| <= |r_i| / sigma_min(Lambda_i)", LAW,
      EquationVerdict.CORRECTED, "the norm of the inverse is meant, |(s + Lambda)^-1| <= 1 / sigma_min; the inverse of the "
-         "norm is smaller "
-     "unless Lambda is scalar; it bounds suprema over time for e(0) = 0, not values at an instant; the text's 'e_1 and e_1' "
-     "means e_1 and e_2")  # fmt: skip
+     "norm is smaller unless Lambda is scalar; it bounds suprema over time for e(0) = 0, not values at an instant; the text's "
+     "'e_1 and e_1' means e_1 and e_2")  # fmt: skip
 def equation_53() -> Checks:
     slopes = np.array([1.0, 4.0, 4.0])
     r1 = array(loop.sample().command.r1)
@@ -66,7 +63,7 @@ def equation_53() -> Checks:
        f"{short(printed * of_law)}")  # fmt: skip
 
 
-@row(ROWS, "54", "tuning laws", "W_hat_i_dot = F_i mu_i r_i^T - kappa |r| F_i W_hat_i", TUNING, EquationVerdict.AS_PRINTED,
+@row("54", "tuning laws", "W_hat_i_dot = F_i mu_i r_i^T - kappa |r| F_i W_hat_i", TUNING, EquationVerdict.AS_PRINTED,
      "one kappa here, two in Section 6: each net has its own; |r| is that of r1 and r2 together; F_i = F I")  # fmt: skip
 def equation_54() -> Checks:
     following, silent = loop.sample().following, loop.sample(learning=False).following
@@ -86,7 +83,7 @@ def equation_54() -> Checks:
     return Checks(checks)
 
 
-@row(ROWS, "F_1, F_2", "shape of the tuning gains", "F_1 = F_2 = diag(5 [1; 1; 1]), 3 x 3", TUNING, EquationVerdict.CORRECTED,
+@row("F_1, F_2", "shape of the tuning gains", "F_1 = F_2 = diag(5 [1; 1; 1]), 3 x 3", TUNING, EquationVerdict.CORRECTED,
      "F_i multiplies mu_i, so it is N x N; 5 I acts as the scalar 5 does")  # fmt: skip
 def shape() -> Checks:
     neurons, draw = 10, np.random.default_rng(54)
@@ -103,7 +100,7 @@ def shape() -> Checks:
     ], f"(3 x 3) times ({neurons} x 3) is not a product")  # fmt: skip
 
 
-@row(ROWS, "gain conditions", "hypothesis of Theorem 5.1", "K_r1 - m Lambda_1 > 0, K_r2 - J_M Lambda_2 > 0, u and tau by "
+@row("gain conditions", "hypothesis of Theorem 5.1", "K_r1 - m Lambda_1 > 0, K_r2 - J_M Lambda_2 > 0, u and tau by "
      "'48 and 48'", "vehicle.paper:effective_inertia", EquationVerdict.CORRECTED,
      "K_r2 > J_M max(Lambda_2) I unless Lambda_2 is scalar: J Lambda_2 is not symmetric; u and tau are given by 48 and "
      "35")  # fmt: skip
@@ -135,11 +132,10 @@ def gain_conditions() -> Checks:
        f"max(Lambda_2) I for Lambda_2 it is {short(right)}")  # fmt: skip
 
 
-@row(ROWS, "55", "Lyapunov function", "L = r1^T m r1 / 2 + r2^T J r2 / 2 + int r1^T K_i1 int r1 / 2 + int r2^T K_i2 "
-     "int r2 / 2 "
-     "+ tr{W_tilde^T F^-1 W_tilde} / 2", "vehicle.in_space:log_row", EquationVerdict.DEFINITION,
-     "logged without its last term, which contains the unknown weights; not positive definite at theta = 90 degrees, where "
-     "det J = Sx Sy Sz c_th^2 is 0")  # fmt: skip
+@row("55", "Lyapunov function", "L = r1^T m r1 / 2 + r2^T J r2 / 2 + int r1^T K_i1 int r1 / 2 + int r2^T K_i2 int r2 / 2 + "
+     "tr{W_tilde^T F^-1 W_tilde} / 2", "vehicle.in_space:log_row", EquationVerdict.DEFINITION, "logged without its last term, "
+     "which contains the unknown weights; not positive definite at theta = 90 degrees, where det J = Sx Sy Sz c_th^2 is "
+     "0")  # fmt: skip
 def equation_55() -> Checks:
     path = MinimumJerkParameters(vector(0.0, 0.0, 0.0), vector(20.0, 5.0, 10.0), 0.0, 0.0, 40.0)
     parameters = Parameters(body(), loop.DISTURBANCE, path, GAINS, Limits(100.0, 100.0, 1.5))
@@ -172,7 +168,7 @@ def gap(found: Batch, expected: Batch) -> float:
     return largest((found - expected) / (1.0 + np.abs(found) + np.abs(expected)))
 
 
-@row(ROWS, "56", "L_dot", "-r^T diag(K_r1 - m Lambda_1, K_r2 - J Lambda_2) r + r^T eps_v + r2^T J_dot r2 / 2 - r2^T C r2 + "
+@row("56", "L_dot", "-r^T diag(K_r1 - m Lambda_1, K_r2 - J Lambda_2) r + r^T eps_v + r2^T J_dot r2 / 2 - r2^T C r2 + "
      "tr{W_tilde^T (F^-1 W_tilde_dot + "
      "mu_r)}", LAW, EquationVerdict.CORRECTED, "-r1^T delta is missing, see delta")  # fmt: skip
 def equation_56() -> Checks:
@@ -191,7 +187,7 @@ def equation_56() -> Checks:
 
 
 # Eq. 57
-@row(ROWS, "57", "rate of the weights' error", "W_tilde_dot = -F mu_r + kappa |r| F W_hat", TUNING, EquationVerdict.AS_PRINTED,
+@row("57", "rate of the weights' error", "W_tilde_dot = -F mu_r + kappa |r| F W_hat", TUNING, EquationVerdict.AS_PRINTED,
      "with constant ideal weights; Eq. 54 stacked")  # fmt: skip
 def equation_57() -> Checks:
     r1, r2 = symbols("r1"), symbols("r2")
