@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep import flight_metrics, fly, read_mission
-from quadstep.own import Command, Controller, Vector, believed, rotation_matrix, up_axis, vector, vee_error, wanted_attitude
+from quadstep.own import Command, Controller, Vector, believed, desired_attitude, rotation_matrix, up_axis, vector, vee_error
 
 
 class Gains(NamedTuple):
@@ -29,7 +29,7 @@ class ProportionalDerivative(Controller):
         zero, rotation = vector(0.0, 0.0, 0.0), rotation_matrix(measured.attitude)
         pull = 6.0 * (reference.position - measured.position) + 4.0 * (reference.velocity - measured.velocity)
         force = gains.mass * (reference.acceleration + pull + vector(0.0, 0.0, 9.81))
-        wanted = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
+        wanted = desired_attitude(force, zero, zero, reference.yaw, 0.0).rotation
         torque = gains.inertia * (-120.0 * vee_error(wanted, rotation) - 18.0 * measured.rates)
         return Command(thrust=force @ up_axis(rotation), torque=torque), memory
 

@@ -22,6 +22,7 @@ from quadstep.own import (
     absolute,
     believed,
     cross,
+    desired_attitude,
     gain,
     given,
     project,
@@ -32,7 +33,6 @@ from quadstep.own import (
     usual,
     vector,
     vee_error,
-    wanted_attitude,
     where,
     yaw_pitch_roll,
 )
@@ -104,7 +104,7 @@ class SuperTwisting(Controller):
     ) -> tuple[Command, Memory]:
         """The attitude loop."""
         zero, rotation = vector(0.0, 0.0, 0.0), rotation_matrix(measured.attitude)
-        wanted = wanted_attitude(memory.force, zero, zero, reference.yaw, reference.yaw_rate)
+        wanted = desired_attitude(memory.force, zero, zero, reference.yaw, reference.yaw_rate)
         angular = -gains.k_R * vee_error(wanted.rotation, rotation) - gains.k_w * measured.rates
         torque = gains.inertia * angular + cross(measured.rates, gains.inertia * measured.rates)
         attitude = yaw_pitch_roll(quaternion_of(wanted.rotation))

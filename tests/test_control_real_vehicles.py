@@ -16,13 +16,13 @@ from quadstep.control.lqr import regulator, spectral_factor
 from quadstep.control.rotation_backstepping import RotationBackstepping
 from quadstep.control.vectoring import (
     clearly,
+    desired_attitude,
     project,
     project_weights,
     shrink,
     tilted_within,
     up_axis,
     vee_error,
-    wanted_attitude,
     within,
 )
 from quadstep.interfaces.closed_loop import Outcome
@@ -163,7 +163,7 @@ def test_on_the_rotation_group_it_recovers_from_any_attitude(kind):
         assert np.abs(log.table("roll", "pitch")[-1]).max() < 0.1, attitude
 
 
-def test_the_wanted_attitude_and_its_rates_are_those_of_finite_differences():
+def test_the_desired_attitude_and_its_rates_are_those_of_finite_differences():
     def force(t):
         return Vector((3.0 * math.sin(1.3 * t), 2.0 * math.cos(0.7 * t), 9.0 + math.sin(2.0 * t)))
 
@@ -176,7 +176,7 @@ def test_the_wanted_attitude_and_its_rates_are_those_of_finite_differences():
     def wanted(t, h=1e-4):
         rate = Vector(difference(force, t, h))
         change = Vector((a - 2.0 * b + c) / h**2 for a, b, c in zip(force(t + h), force(t), force(t - h), strict=True))
-        return wanted_attitude(force(t), rate, change, yaw(t), 0.8)
+        return desired_attitude(force(t), rate, change, yaw(t), 0.8)
 
     t, h = 0.9, 1e-5
     now = wanted(t)

@@ -19,7 +19,7 @@ from typing import NamedTuple
 from quadstep.interfaces.controller import BodyRates, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.controller import Command, Controller
 from quadstep.interfaces.gain import believed, gain, given
-from quadstep.control.vectoring import up_axis, wanted_attitude
+from quadstep.control.vectoring import up_axis, desired_attitude
 from quadstep.numbers import Number, Vector, maximum, sqrt, vector
 from quadstep.numbers.rotations import cross, rotation_matrix
 

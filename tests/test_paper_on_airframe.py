@@ -166,7 +166,7 @@ def test_its_command_is_translated_and_the_rest_handed_on():
     assert list(command.r1) == [1.0, 2.0, 3.0]
 
 
-def test_the_wanted_attitude_is_logged_in_the_angles_of_the_airframe():
+def test_the_desired_attitude_is_logged_in_the_angles_of_the_airframe():
     desired = (-0.5, 0.3, -0.2)
     _, command, _ = asked(0.4, 0.5, Witness(desired=desired))
     wanted = yaw_pitch_roll(quaternion_of(body_to_world(Vector(desired))))

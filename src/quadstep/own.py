@@ -11,7 +11,7 @@
 """
 
 from quadstep.control.opaque import MeasuredArrays, ReferenceArrays
-from quadstep.control.vectoring import project, up_axis, vee_error, wanted_attitude
+from quadstep.control.vectoring import desired_attitude, project, up_axis, vee_error
 from quadstep.interfaces.closed_loop import Clock, Outcome, finite
 from quadstep.interfaces.controller import BodyRates, Command, Condition, Controller, Measured, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
@@ -70,8 +70,8 @@ __all__ = [
     "Measured", "MeasuredArrays", "Metric", "Model", "Motion", "Navigation", "Number", "Outcome", "Path", "Plant",
     "PlantParameters", "Reference", "ReferenceArrays", "Rotor", "RotorSpeeds", "RotorThrusts", "Sensor", "Sensors",
     "State", "Table", "UserError", "Vector", "Wind", "absolute", "atan2", "believed", "clip", "conjugate", "cos",
-    "cross", "exp", "finite", "from_gains", "from_rotation_vector", "gain", "given", "log", "matrix", "maximum",
-    "minimum", "multiply", "normalised", "normals", "outer", "power", "project", "quaternion_of", "rotation_matrix",
-    "rotation_vector", "scan", "sigmoid", "sin", "sqrt", "total", "up_axis", "usual", "vector", "vee_error",
-    "wanted_attitude", "where", "yaw_pitch_roll",
+    "cross", "desired_attitude", "exp", "finite", "from_gains", "from_rotation_vector", "gain", "given", "log",
+    "matrix", "maximum", "minimum", "multiply", "normalised", "normals", "outer", "power", "project",
+    "quaternion_of", "rotation_matrix", "rotation_vector", "scan", "sigmoid", "sin", "sqrt", "total", "up_axis",
+    "usual", "vector", "vee_error", "where", "yaw_pitch_roll",
 ]  # fmt: skip

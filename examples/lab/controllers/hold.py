@@ -10,13 +10,13 @@ from quadstep.own import (
     Number,
     Vector,
     believed,
+    desired_attitude,
     gain,
     given,
     rotation_matrix,
     up_axis,
     vector,
     vee_error,
-    wanted_attitude,
 )
 
 
@@ -47,6 +47,6 @@ class Hold(Controller):
         zero, rotation = vector(0.0, 0.0, 0.0), rotation_matrix(measured.attitude)
         pull = gains.k_p * (reference.position - measured.position) + gains.k_v * (reference.velocity - measured.velocity)
         force = gains.mass * (reference.acceleration + pull + vector(0.0, 0.0, gains.gravity))
-        attitude = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
+        attitude = desired_attitude(force, zero, zero, reference.yaw, 0.0).rotation
         torque = gains.inertia * (-120.0 * vee_error(attitude, rotation) - 18.0 * measured.rates)
         return Command(force @ up_axis(rotation), torque), memory

@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import NamedTuple, Protocol, cast
 
 from quadstep.bridges.link import refuse_strange
-from quadstep.control.vectoring import wanted_attitude
+from quadstep.control.vectoring import desired_attitude
 from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.plant import Reference
 from quadstep.io.doors import optional
@@ -110,7 +110,7 @@ def setpoint(plan: FlightPlan, reference: Reference) -> Setpoint:
     p = plan.parameters
     mass, gravity = float(p.airframe.mass), float(p.airframe.gravity)
     force = mass * (reference.acceleration + vector(0.0, 0.0, gravity))
-    wanted = wanted_attitude(force, mass * reference.jerk, mass * reference.snap, reference.yaw, reference.yaw_rate)
+    wanted = desired_attitude(force, mass * reference.jerk, mass * reference.snap, reference.yaw, reference.yaw_rate)
     w, x, y, z = (float(one) for one in quaternion_of(wanted.rotation))
     roll, pitch, yaw = (float(one) for one in wanted.rates)
     full = float(p.allocation.most) * len(cast(Multirotor, plan.loop.plant).geometry.mounts)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from quadstep.control.mixers import FULL, OnQuarters, crazyflie_thrusts
-from quadstep.control.vectoring import up_axis, wanted_attitude
+from quadstep.control.vectoring import desired_attitude, up_axis
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
 from quadstep.interfaces.gain import parameter
 from quadstep.interfaces.plant import Reference
@@ -111,10 +111,10 @@ class CrazyflieMellinger(OnQuarters, Controller[CrazyflieMellingerMemory, Measur
         position = bounded(memory.position + period * away, vector(g.range_xy, g.range_xy, g.range_z))
         force = g.mass * (reference.acceleration + weight) + kp * away + ki * position
         force = force + kd * (reference.velocity - measured.velocity)
-        wanted = wanted_attitude(force, ZERO, ZERO, reference.yaw, 0.0).rotation
+        wanted = desired_attitude(force, ZERO, ZERO, reference.yaw, 0.0).rotation
         attitude = rotation_matrix(measured.attitude)
         error = attitude_error(wanted, attitude)
-        planned = wanted_attitude(reference.acceleration + weight, reference.jerk, ZERO, reference.yaw, 0.0)
+        planned = desired_attitude(reference.acceleration + weight, reference.jerk, ZERO, reference.yaw, 0.0)
         asked = vector(planned.rates[0], planned.rates[1], planned.rotation[2, 2] * reference.yaw_rate)
         change = memory.begun * ((asked - memory.asked) - (measured.rates - memory.rates)) / period
         turned = bounded(memory.attitude - period * error, vector(g.range_m_xy, g.range_m_xy, g.range_m_z))

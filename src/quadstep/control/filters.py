@@ -14,7 +14,7 @@ no more than the vehicle can follow, and errors from saturation are not learnt.
 import math
 from typing import NamedTuple
 
-from quadstep.control.vectoring import WantedAttitude
+from quadstep.control.vectoring import DesiredAttitude
 from quadstep.numbers import Number, Vector, absolute, cos, exp, maximum, sin, vector, where
 from quadstep.numbers.rotations import (
     conjugate,
@@ -191,7 +191,7 @@ class LedAttitude(NamedTuple):
     turning: Vector
 
 
-def led_by(wanted: WantedAttitude) -> LedAttitude:
+def led_by(wanted: DesiredAttitude) -> LedAttitude:
     return LedAttitude(quaternion_of(wanted.rotation), wanted.rates, wanted.acceleration)
 
 

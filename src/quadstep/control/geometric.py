@@ -23,6 +23,7 @@ from quadstep.control.vectoring import (
     Turn,
     angular_of,
     attitude_for,
+    desired_attitude,
     errors_to,
     force_for,
     integral_for,
@@ -33,7 +34,6 @@ from quadstep.control.vectoring import (
     turned,
     turning_errors,
     up_axis,
-    wanted_attitude,
 )
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
@@ -112,7 +112,7 @@ class Geometric(Controller):
         force = gains.mass * (reference.acceleration + pull + vector(0.0, 0.0, gains.gravity))
         force_rate = gains.mass * (reference.jerk + gains.stiffness * e_dot + gains.damping * e_dd + gains.integral * e)
         force_change = gains.mass * (reference.snap + gains.stiffness * e_dd + gains.damping * e_ddd + gains.integral * e_dot)
-        wanted = wanted_attitude(force, force_rate, force_change, reference.yaw, reference.yaw_rate)
+        wanted = desired_attitude(force, force_rate, force_change, reference.yaw, reference.yaw_rate)
 
         errors = turning_errors(wanted, rotation, rates)
         angular = errors.feed_forward - gains.turn_stiffness * errors.attitude - gains.turn_damping * errors.rates

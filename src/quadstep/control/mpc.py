@@ -23,7 +23,7 @@ from quadstep.control.admm import (
 )
 from quadstep.control.admm import within as bounded
 from quadstep.control.filters import observed
-from quadstep.control.vectoring import WantedAttitude, boxed, project, up_axis, wanted_attitude, within
+from quadstep.control.vectoring import DesiredAttitude, boxed, desired_attitude, project, up_axis, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.plant import Model, Reference
@@ -115,7 +115,7 @@ class PathTarget(NamedTuple):
     """
 
     force: Vector
-    wanted: WantedAttitude
+    wanted: DesiredAttitude
     axis: Vector
     feed_forward: Vector
     deviation: Vector
@@ -172,7 +172,7 @@ class Mpc(Controller):
         up = vector(0.0, 0.0, gains.gravity)
         force = within(gains.mass * (reference.acceleration - memory.push + up), gains.most_thrust)
         rate, change = gains.mass * reference.jerk, gains.mass * reference.snap
-        wanted = wanted_attitude(force, rate, change, reference.yaw, reference.yaw_rate)
+        wanted = desired_attitude(force, rate, change, reference.yaw, reference.yaw_rate)
         rotation = rotation_matrix(measured.attitude)
         across, axis = rotation.T @ wanted.rotation, up_axis(rotation)
         turning = across @ wanted.rates

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from quadstep.control.filters import observed
-from quadstep.control.vectoring import project, torque_for, turning_errors, up_axis, wanted_attitude, within
+from quadstep.control.vectoring import desired_attitude, project, torque_for, turning_errors, up_axis, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
 from quadstep.interfaces.plant import Reference
@@ -184,7 +184,7 @@ class Mppi(Controller):
         asked = reference.acceleration + memory.plan.rows[0] - memory.push
         force = within(gains.mass * (asked + up), gains.most_thrust)
         rate, change = gains.mass * reference.jerk, gains.mass * reference.snap
-        wanted = wanted_attitude(force, rate, change, reference.yaw, reference.yaw_rate)
+        wanted = desired_attitude(force, rate, change, reference.yaw, reference.yaw_rate)
         rotation = rotation_matrix(measured.attitude)
         axis = up_axis(rotation)
         errors = turning_errors(wanted, rotation, measured.rates)

@@ -18,7 +18,7 @@ The papers have c = 1: their errors drive each other at 1 rad/s, however slow th
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from quadstep.control.vectoring import project, torque_for, up_axis, wanted_attitude
+from quadstep.control.vectoring import desired_attitude, project, torque_for, up_axis
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.plant import Body, Reference
@@ -108,7 +108,7 @@ def driven(push: Push, change: Number, gravity: Number, most: Number, period: Nu
 def turning(measured: Measured, axis: Vector, reference: Reference, stiffness: Number, damping: Number) -> Number:
     """Angular acceleration about body z [rad/s^2] that turns the heading to the wanted one; the third axis stays."""
     zero = vector(0.0, 0.0, 0.0)
-    wanted = wanted_attitude(axis, zero, zero, reference.yaw, 0.0).rotation
+    wanted = desired_attitude(axis, zero, zero, reference.yaw, 0.0).rotation
     across = rotation_matrix(measured.attitude).T @ wanted
     error = 0.5 * (across[1, 0] - across[0, 1])
     return stiffness * error + damping * (axis[2] * reference.yaw_rate - measured.rates[2])

@@ -31,7 +31,7 @@ from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix
 from quadstep.numbers.scan import shortcut
 
 
-class WantedAttitude(NamedTuple):
+class DesiredAttitude(NamedTuple):
     """rotation: R_c, body to world, shape (3, 3). rates: Omega_c [rad/s], acceleration: Omega_c_dot [rad/s^2], both in its
     own axes.
     """
@@ -67,7 +67,7 @@ def crossed(a: Direction, b: Direction) -> tuple[Vector, Vector, Vector]:
     return cross(a.value, b.value), cross(a.rate, b.value) + cross(a.value, b.rate), bend
 
 
-def wanted_attitude(force: Vector, rate: Vector, change: Vector, yaw: Number, yaw_rate: Number) -> WantedAttitude:
+def desired_attitude(force: Vector, rate: Vector, change: Vector, yaw: Number, yaw_rate: Number) -> DesiredAttitude:
     """The attitude whose third axis is along `force` [N] and whose first is nearest the heading `yaw` [rad].
 
     rate, change: of the force [N/s, N/s^2]. Lee, Leok, McClamroch (2010), Eqs 22 and 23. Undefined for a level force along
@@ -86,15 +86,15 @@ def wanted_attitude(force: Vector, rate: Vector, change: Vector, yaw: Number, ya
     acceleration = vector(
         third.value @ second.change - q * r, first.value @ third.change - p * r, second.value @ first.change - p * q
     )
-    return WantedAttitude(rotation, rates, acceleration)
+    return DesiredAttitude(rotation, rates, acceleration)
 
 
 def turning_attitude(force: Vector, reference: Reference) -> tuple[Vector, Number]:
     """The attitude for a force [N] that stands still while the path's heading turns: unit quaternion, and how fast it turns
-    about its third axis [rad/s], all that is left of `wanted_attitude`'s rates then.
+    about its third axis [rad/s], all that is left of `desired_attitude`'s rates then.
     """
     still, yaw = vector(0.0, 0.0, 0.0), reference.yaw
-    rotation = wanted_attitude(force, still, still, yaw, 0.0).rotation
+    rotation = desired_attitude(force, still, still, yaw, 0.0).rotation
     x, y, z = up_axis(rotation)
     along = x * cos(yaw) + y * sin(yaw)
     return quaternion_of(rotation), reference.yaw_rate * z / (1.0 - along * along)
@@ -209,7 +209,7 @@ def vee_error(wanted: Matrix, rotation: Matrix) -> Vector:
     return 0.5 * vector(e[2, 1] - e[1, 2], e[0, 2] - e[2, 0], e[1, 0] - e[0, 1])
 
 
-def turning_errors(wanted: WantedAttitude, rotation: Matrix, rates: Vector) -> TurningErrors:
+def turning_errors(wanted: DesiredAttitude, rotation: Matrix, rates: Vector) -> TurningErrors:
     """The errors of Lee, Leok, McClamroch (2010), Eqs 10 and 11, body axes. rates: of the body [rad/s]."""
     across = rotation.T @ wanted.rotation  # from the wanted body axes into the body's
     turning = across @ wanted.rates
@@ -228,12 +228,12 @@ def force_for(acceleration: Vector, body: BelievedBody) -> Vector:
     return within(body.mass * (acceleration + vector(0.0, 0.0, body.gravity)), body.most_thrust)
 
 
-def attitude_for(force: Vector, reference: Reference, mass: Number) -> WantedAttitude:
+def attitude_for(force: Vector, reference: Reference, mass: Number) -> DesiredAttitude:
     """The attitude that points the thrust along a force [N]; it turns as the path's jerk and snap ask, whatever the errors."""
-    return wanted_attitude(force, mass * reference.jerk, mass * reference.snap, reference.yaw, reference.yaw_rate)
+    return desired_attitude(force, mass * reference.jerk, mass * reference.snap, reference.yaw, reference.yaw_rate)
 
 
-def errors_to(wanted: WantedAttitude, measured: Measured) -> TurningErrors:
+def errors_to(wanted: DesiredAttitude, measured: Measured) -> TurningErrors:
     """How far a vehicle is from a wanted attitude."""
     return turning_errors(wanted, rotation_matrix(measured.attitude), measured.rates)
 

@@ -84,11 +84,11 @@ def inner(a: Matrix, b: Matrix) -> Number:
 
 
 def moments(
-    seed: int, at_wanted_attitude: bool = True, sliding: bool = False, half_learnt: bool = False
+    seed: int, at_desired_attitude: bool = True, sliding: bool = False, half_learnt: bool = False
 ) -> tuple[LyapunovBatch, WeightNorms]:
     """COUNT random moments; r and the weights' error spread over decades.
 
-    at_wanted_attitude: the force is the desired one (delta = 0). sliding: r1 = r2 = 0.
+    at_desired_attitude: the force is the desired one (delta = 0). sliding: r1 = r2 = 0.
     half_learnt: W_hat = W / 2 and r2 small, where the tuning law raises L the most.
     """
     draw = np.random.default_rng(seed)
@@ -157,7 +157,7 @@ def moments(
         command.torque,
     )
     delta = command.thrust * (thrust_direction(attitude) - thrust_direction(command.desired_attitude))
-    acceleration = motion.velocity - delta * (1.0 / mass) if at_wanted_attitude else motion.velocity
+    acceleration = motion.velocity - delta * (1.0 / mass) if at_desired_attitude else motion.velocity
     r1_dot = reference.acceleration - acceleration + slope_1 * (reference.velocity - state.velocity)
     r2_dot = eta_d_dd - motion.rates + slope_2 * (desired_rate - state.rates)
 

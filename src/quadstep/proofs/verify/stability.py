@@ -172,7 +172,7 @@ def gap(found: Batch, expected: Batch) -> float:
      "tr{W_tilde^T (F^-1 W_tilde_dot + "
      "mu_r)}", LAW, EquationVerdict.CORRECTED, "-r1^T delta is missing, see delta")  # fmt: skip
 def equation_56() -> Checks:
-    calm, real = moments(56)[0], moments(56, at_wanted_attitude=False)[0]
+    calm, real = moments(56)[0], moments(56, at_desired_attitude=False)[0]
     lost = batch(real.r1 @ real.delta)
     at_rest, missed, repaired = gap(calm.l_dot, printed_l_dot(calm)), gap(real.l_dot, printed_l_dot(real)), gap(
         real.l_dot, printed_l_dot(real) - lost
