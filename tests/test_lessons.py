@@ -110,7 +110,7 @@ WRONG_REASON = {
     "9.5": {"controller": {"type": "own_controller.py:CascadedPD"}},
     "10.4": {"controller": {"type": "rotation-backstepping", "nets": {"F1": 1.5}}},
 }
-"""Laws that hardly follow the path, so that they hardly lean, nets that learn nothing, gains where it takes another law."""
+"""Laws that hardly follow the path, so that they hardly tilt, nets that learn nothing, gains where it takes another law."""
 
 
 @pytest.mark.parametrize("name", WRONG_REASON)
@@ -132,7 +132,7 @@ MISTAKES = {
         {"controller": {"type": "own_controller.py:CascadedPD", "k_p": 0.1, "k_v": 0.6}},
         "final error along x should be at most 10 mm, but is 126 mm",
     ),
-    "4.4": ({"path.duration": 4.2}, "lean should be at most 45°, but is 45.8°"),
+    "4.4": ({"path.duration": 4.2}, "tilt should be at most 45°, but is 45.8°"),
     "4.5": ({"path.duration": 6.1}, "largest thrust should be at most 11.77 N, but is 11.79 N"),
     "5.4": ({"controller.K_r2": 60.0, "controller.Lambda2": 4.0}, "phase margin should be at least 60°, but is 56.0°"),
     "7.6": ({"controller.K_r1": 3.0}, "phase margin should be at least 50°, but is 26.8°"),
@@ -194,6 +194,20 @@ def test_what_moves_no_flight_may_be_given(tmp_path):
     assert not differing_keys(one, mission, plain(mission.model_dump()))
 
 
+def test_hints_are_folded_below_their_exercises_and_a_lesson_says_what_its_row_of_the_table_does():
+    table = (ROOT / "docs/lessons/index.md").read_text()
+    for page in lessons():
+        text = (ROOT / page).read_text()
+        exercises = text.partition("## Exercises")[2].partition("## Answers")[0]
+        count = len(re.findall(r"^\d\. ", exercises, re.MULTILINE))
+        assert count >= 5
+        assert len(re.findall(r"^<details><summary>\d</summary>", text, re.MULTILINE)) == count
+        hints = re.findall(r"^ {3}<details><summary>Hint</summary>", exercises, re.MULTILINE)
+        assert len(hints) == exercises.count("Hint") > 0
+        (needs, minutes) = re.search(rf"{page.name}\) \| .* \| (.*) \| \d, (\d+)", table).groups()
+        assert f"You need {needs}. The exercises take about {minutes} minutes" in text, page.name
+
+
 def test_notebooks_have_cells_that_nbgrader_strips_and_grades(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for page in lessons():
@@ -203,6 +217,9 @@ def test_notebooks_have_cells_that_nbgrader_strips_and_grades(tmp_path, monkeypa
         numbers = [one.name.replace(".", "-") for one in tasks(f"{int(page.name[:2])}")]
         assert named == [f"{kind}-{number}" for number in numbers for kind in ("exercise", "check")]
         assert len({one["id"] for one in made}) == len(made)
+        for text in (one["source"] for one in made if one["cell_type"] == "markdown"):
+            folds = re.findall(r"<(/?)details>", text)
+            assert folds == ["", "/"] * (len(folds) // 2), "a hint or an answer would stand open, or hide what follows it"
     made = notebook(lessons()[3])["cells"]
     text = "\n".join(one["source"] for one in made)
     assert "**Exercise 4.4.** Fly the lesson's path within 4.26 s" in text
@@ -241,7 +258,7 @@ def test_check_says_what_is_not_met_and_gives_a_hint(tmp_path):
     assert run.code == 4
     assert "4.4 not solved" in run.out
     assert "NOT MET: path.duration should be at most 4.26 s, but is 5.00 s\n" in run.out
-    assert "Hint: The vehicle leans most while it brakes" in run.out
+    assert "Hint: The vehicle tilts most while it brakes" in run.out
 
 
 def test_a_missing_fault_is_one_line(tmp_path):

@@ -15,8 +15,8 @@ from quadstep.studies.lessons import tasks
 
 LESSONS = DOCS / "lessons"
 
-FOLD = re.compile(r"<details><summary>(.*)</summary>|</details>")
-"""What is folded away on the site. A notebook has cells for it, whose code is hidden until asked for."""
+CUT = re.compile(r"\A\s*</details>|^<details><summary>(.*)</summary>\s*\Z", re.MULTILINE)
+"""The end of a fold that began in a cell before, and the beginning of one that holds nothing but code, in the cell after."""
 
 ANSWERS, SOLVED = "## Answers", "<details><summary>4</summary>"
 """Where the answers begin, and those that a notebook leaves out: students shall find them."""
@@ -47,13 +47,14 @@ def cells(page: Path) -> list[tuple[str, str]]:
     if mission.is_file():
         content = mission.read_text(encoding="utf-8")
         found.insert(1, ("code", f'from pathlib import Path\n\nPath("{mission.name}").write_text("""{content}""");'))
-    shown = [(kind, FOLD.sub(headed, MARK.sub("", one)) if kind == "markdown" else one) for kind, one in found]
+    shown = [(kind, folded(MARK.sub("", one)) if kind == "markdown" else one) for kind, one in found]
     return [(kind, one) for kind, one in shown if one.strip()]
 
 
-def headed(fold: re.Match[str]) -> str:
-    """The heading of what is folded away."""
-    return f"**{fold[1]}**" if fold[1] else ""
+def folded(text: str) -> str:
+    """A cell's text with folds that begin and end in it, or a heading where nothing but code would be folded."""
+    text = CUT.sub(lambda fold: f"**{fold[1]}**" if fold[1] else "", text)
+    return f"{text.rstrip()}\n\n</details>" if text.count("<details>") > text.count("</details>") else text
 
 
 def graded(name: str, asks: str) -> list[dict[str, Any]]:

@@ -29,7 +29,7 @@ OWN = Path(__file__).parent / "lessons.toml"
 HARMLESS = ("name", "tune")
 """Keys that move no flight and no grade."""
 
-SAID = {"position_rmse": "RMSE", "largest_tilt": "lean", "u.largest": "largest thrust"}
+SAID = {"position_rmse": "RMSE", "largest_tilt": "tilt", "u.largest": "largest thrust"}
 ERRORS = {"rmse": "RMSE", "largest": "largest error", "final": "final error"}
 """Metrics as the lessons call them, and last names of those of one axis."""
 
