@@ -16,7 +16,7 @@ from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError, one_line
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.check import check, explained
-from quadstep.mission.derived import ControllerSection, NetsSection
+from quadstep.mission.derived import ControllerSection
 from quadstep.mission.fields import Quantity
 from quadstep.mission.presets import preset_names, preset_table
 from quadstep.numbers import Vector
@@ -43,37 +43,33 @@ def controller_lines(section: type[ControllerSection], model: Model, others: Seq
     nets = section(type=kind).table
     if nets is not None:
         yield "\n[controller.nets]"
-        yield from net_lines(nets, learning_numbers(controller, gains))
+        given = {key: value for key, value in nets if value is not None}
+        yield from number_lines(type(nets), learning_numbers(controller, gains) | given)
+        yield commented('# weights = "weights.json"', "", "example: warm start from an earlier flight")
     yield ""
 
 
-def number_lines(section: type[BaseModel]) -> Iterator[str]:
-    """The keys of a table of declared numbers, with their defaults."""
+def number_lines(section: type[BaseModel], shown: Mapping[str, object], inside: str = "") -> Iterator[str]:
+    """The keys of a table of declared numbers, with what is `shown`, or their defaults; keys with neither are left out.
+
+    inside: the table within the table, and a dot.
+    """
     for key, field in section.model_fields.items():
+        value = shown.get(key, field.get_default(call_default_factory=True))
+        if isinstance(value, BaseModel):
+            yield from number_lines(type(value), shown, f"{inside}{key}.")
         for note in field.metadata:
-            if isinstance(note, Quantity):
-                value = field.get_default(call_default_factory=True)
-                yield commented(f"# {key} = {written(value)}", note.unit, note.meaning)
+            if isinstance(note, Quantity) and value is not None:
+                yield commented(f"# {inside}{key} = {written(value)}", note.unit, note.meaning)
 
 
-def net_lines(nets: NetsSection, derived: Mapping[str, float]) -> Iterator[str]:
-    """The keys of the nets. derived: numbers that follow from the vehicle."""
-    for key, field in type(nets).model_fields.items():
-        value = getattr(nets, key)
-        for note in field.metadata:
-            if isinstance(note, Quantity) and (value is not None or key in derived):
-                shown = rounded(derived[key]) if value is None else value
-                yield commented(f"# {key} = {written(shown)}", note.unit, note.meaning)
-    yield commented('# weights = "weights.json"', "", "example: warm start from an earlier flight")
-
-
-def learning_numbers(controller: type[Controller], gains: object) -> dict[str, float]:
+def learning_numbers(controller: type[Controller], gains: object) -> dict[str, object]:
     """F1, F2, kappa1 and kappa2."""
-    found: dict[str, float] = {}
+    found: dict[str, object] = {}
     for name, net in controller.declarations().items():
         if isinstance(net, DeclaredNet):
             built = attrgetter(name)(gains)
-            found |= {f"F{net.number}": built.learning_rate, f"kappa{net.number}": built.damping}
+            found |= {f"F{net.number}": rounded(built.learning_rate), f"kappa{net.number}": rounded(built.damping)}
     return found
 
 
@@ -86,7 +82,9 @@ def written(value: object, stands_for_three: bool = False) -> str:
     if isinstance(value, tuple):
         same = stands_for_three and len(set(value)) == 1
         return written(value[0]) if same else f"[{', '.join(map(written, value))}]"
-    return str(value).lower() if isinstance(value, bool) else repr(value)
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{name} = {written(one)}' for name, one in value.items())} }}"
+    return f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else repr(value)
 
 
 def commented(line: str, *said: str) -> str:

@@ -1,5 +1,7 @@
 """The commented mission files that `quadstep new` writes."""
 
+import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import cast
 
@@ -10,14 +12,15 @@ from quadstep.io.doors import PLANTS as PLANTS_OF_OTHERS
 from quadstep.io.errors import UserError
 from quadstep.io.files import write_beside
 from quadstep.io.places import place
-from quadstep.mission.clock import PERIODS, STEP, ClockSection
+from quadstep.mission.clock import PERIODS, ClockSection
 from quadstep.mission.declared import PLANTS, OwnVehicleSection, declared_kind, is_plant
 from quadstep.mission.derived import ControllerSection, section_of, usual_step
+from quadstep.mission.fields import Section
 from quadstep.mission.lagrange import LagrangeMission, VehicleSection
 from quadstep.mission.listings import controller_lines, load_preset, number_lines
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.own_controller import own_section
-from quadstep.mission.own_thing import NumbersSection, unknown_type
+from quadstep.mission.own_thing import unknown_type
 from quadstep.mission.presets import preset_names
 from quadstep.mission.schema import Mission
 from quadstep.vehicle.paper import State
@@ -66,36 +69,21 @@ duration = 10.0             # s
 
 [vehicle]                   # the paper's numbers. No real vehicle of 1 kg has this inertia (radius of gyration 2.2 m);
                             # for a real vehicle: quadstep new
-# mass = 1.0                # kg
-# inertia = [5.0, 5.0, 5.0] # kg m^2
-# gravity = 9.81            # m/s^2
-# kinematics = "standard"   # T_eta of Newton-Euler; "printed" is the paper's; "rigid" fits its thrust
-# rotors.arm = 0.25         # l [m]
-# rotors.moment = 0.05      # c, torque per thrust [m]
+NUMBERS
 # rotors.limits = [0.0, 80.0] # example: smallest and largest thrust of one rotor [N]; default: none
 
 CONTROLLER
 [start]                     # missing keys follow the path, or are zero
-# position = [0.0, 0.0, 0.0]   # m
-# velocity = [0.0, 0.0, 0.0]   # m/s
-# attitude = [0.0, 0.0, 0.0]   # psi, theta, phi [rad]
-# rates = [0.0, 0.0, 0.0]      # rad/s
+NUMBERS
 
 [disturbance]
-# scale = 1.0               # times the paper's (Eq. 67); 0 for none
-# force = [0.0, 0.0, 0.0]   # constant [N]
-# torque = [0.0, 0.0, 0.0]  # constant, on psi, theta, phi [N m]
+NUMBERS
 
 [simulation]
-# duration = 10.0           # s; default: that of the path
-# step = 0.002              # of the integrator (RK4) [s]
-# control_period = 0.002    # of the sampled controller [s], a multiple of step
-LOOPS# log_period = 0.01         # s, a multiple of step
+NUMBERS
 
 [limits]                    # when a flight counts as diverged
-# distance = 100.0          # from the path [m]
-# rate = 100.0              # of an Euler angle [rad/s]
-# pitch = 1.57              # |theta| [rad], below pi/2
+NUMBERS
 """
 
 
@@ -124,26 +112,15 @@ period = 8.0                # s
 
 CONTROLLER
 [start]                     # missing keys follow the path, or are zero
-# position = [0.0, 0.0, 3.0]   # m
-# velocity = [0.0, 0.0, 0.0]   # m/s
-# attitude = [0.0, 0.0, 0.0]   # yaw, pitch, roll [rad]
-# rates = [0.0, 0.0, 0.0]      # about the body axes: roll, pitch, yaw [rad/s]
-# hovering = true              # rotors start at hover speed; false: at idle
+NUMBERS
 
-[wind]                      # world axes [m/s]
-# mean = [0.0, 0.0, 0.0]
-# swing = [2.0, 0.0, 0.0]   # example: amplitude of a sine
-# swing_frequency = 1.0     # example [rad/s]
+[wind]                      # world axes
+NUMBERS
 # gust = { velocity = [5.0, 0.0, 0.0], start = 3.0, length = 1.0 }          # example
 # turbulence = { wind_20 = 5.0, height = 6.0, airspeed = 5.0 }              # example; or intensity = "light"
 
 [sensors]                   # without noise and latency the controller knows the true state
-# gyro_noise = 0.0          # rad/s/sqrt(Hz); gyro_bias [rad/s], gyro_walk; accelerometer_noise, _bias, _walk
-# position_noise = 0.0      # m, per fix; velocity_noise [m/s], attitude_noise [rad]
-# imu_period = 0.002        # s; fix_period likewise; default: the control period
-# latency = 0.0             # of a fix [s]; imu_latency of the gyro
-# estimator = false         # true: an error-state Kalman filter
-# predictor = false         # true: propagate a late fix to the present with gyro and accelerometer
+NUMBERS
 
 # [[events]]                # examples
 # type = "payload"          # a point mass; or "centre-of-gravity" with shift = [m]
@@ -157,28 +134,22 @@ CONTROLLER
 # efficiency = 0.8
 
 [simulation]
-# duration = 17.5           # s; default: that of the path
-# step = 0.002              # of the integrator (RK4) [s]; all periods are multiples of it
-# control_period = 0.002    # of the attitude loop [s]
-# guidance_period = 0.01    # of the position loop [s]
-LOOPS# air_period = 0.01         # of the turbulence [s]
-# log_period = 0.01         # s
+NUMBERS
 
 [limits]                    # when a flight counts as lost
-# distance = 100.0          # from the path [m]
-# rate = 100.0              # about a body axis [rad/s]
+NUMBERS
 """
 
 
 PLANT_TEMPLATE = """\
-# A quadstep mission for {label}. Fly it: quadstep fly THIS_FILE
+# A quadstep mission for LABEL. Fly it: quadstep fly THIS_FILE
 # SI units, angles in radians, z up; commented lines show defaults.
 
 name = "My first flight"
 
 [vehicle]
-type = "{kind}"
-{numbers}
+type = "PRESET"
+NUMBERS
 
 [path]
 # From rest to rest with the least jerk; the end point is held.
@@ -186,16 +157,12 @@ type = "minimum-jerk"
 end = [2.0, 0.0, 1.0]       # m
 duration = 4.0              # s
 
-{controller}
+CONTROLLER
 [simulation]
-# duration = 4.0            # s; default: that of the path
-# step = 0.002              # of the integrator (RK4) [s]; all periods are multiples of it
-# control_period = 0.002    # of the controller's law [s]
-# guidance_period = 0.01    # of its slower loop, if it has one [s]
-{loops}# log_period = 0.01         # s
+NUMBERS
 
 [limits]                    # when a flight counts as lost
-{limits}
+NUMBERS
 """
 
 
@@ -228,46 +195,38 @@ def chosen(controller: str | None, measures: type, folder: Path, usual: str = ""
 def plant_template(kind: str, controller: str | None, folder: Path) -> str:
     """The text of a mission for a plant that declares itself. Raises UserError."""
     mission = declared_kind(kind, folder)
-    fields = mission.model_fields
-    vehicle = cast(type[OwnVehicleSection], fields["vehicle"].annotation)
+    vehicle = cast(type[OwnVehicleSection], mission.model_fields["vehicle"].annotation)
     if not controller and not controllers(mission.measures):
         raise UserError(f"--controller: the package has none for {kind}; name your own, FILE.py:NAME")
     section, others = chosen(controller, mission.measures, folder)
-    return (
-        at_its_rates(PLANT_TEMPLATE, section.controller).format(
-            kind=kind,
-            label=vehicle.plant.label or kind,
-            numbers="\n".join(number_lines(vehicle)),
-            controller="\n".join(controller_lines(section, vehicle(type=kind).model(), others)),
-            loops=loop_line(section.controller, mission),
-            limits="\n".join(number_lines(cast(type[NumbersSection], fields["limits"].annotation))),
-        )
-        + MARGINS
-    )
+    lines = controller_lines(section, vehicle(type=kind).model(), others)
+    text = PLANT_TEMPLATE.replace("LABEL", vehicle.plant.label or kind)
+    return filled(text, kind, section, lines, mission, duration=4.0)
 
 
-SAMPLED = {**{key: method for method, key in PERIODS.items()}, "imu_period": "law", "fix_period": "law"}
-"""Keys of sample times, and the method of a controller whose own is their default."""
+def filled(
+    text: str, preset: str, section: type[ControllerSection], lines: Iterable[str], mission: type[Mission], **shown: object
+) -> str:
+    """A template with the lines of its controller, and those of its tables' numbers. shown: keys without a default."""
+    values = {**sample_times(section.controller, mission), **shown}
+
+    def numbers(found: re.Match[str]) -> str:
+        table = cast(type[Section], mission.model_fields[found[1]].annotation)
+        own = values if found[1] in ("start", "sensors", "simulation") else {}
+        return "\n".join([found[0].removesuffix("\nNUMBERS"), *number_lines(table, own)])
+
+    text = re.sub(r"^\[(\w+)\][^\[]*?\nNUMBERS$", numbers, text, flags=re.MULTILINE)
+    return text.replace("PRESET", preset).replace("CONTROLLER", "\n".join(lines)) + MARGINS
 
 
-def at_its_rates(text: str, controller: type[Controller]) -> str:
-    """A template with the controller's own sample times."""
-    for key, method in SAMPLED.items():
-        line = f"# {key} = {Controller.rates[method]!r}"
-        own = f"# {key} = {controller.rates.get(method, Controller.rates[method])!r}"
-        width = max(len(line), len(own))
-        text = text.replace(line.ljust(width), own.ljust(width))
-    line = f"# step = {STEP!r}"
-    own = f"# step = {usual_step(controller)!r}"
-    return text.replace(line.ljust(len(own)), own)
-
-
-def loop_line(controller: type[Controller], mission: type[Mission]) -> str:
-    """The line about loops that have no key of their own; nothing for a controller without any."""
+def sample_times(controller: type[Controller], mission: type[Mission]) -> dict[str, object]:
+    """The defaults of keys of sample times, which are the controller's own, and of keys that follow the path."""
     usual = {**Controller.rates, **controller.rates}
     clock = cast(type[ClockSection], mission.model_fields["simulation"].annotation)
-    further = [f"{name} = {usual[name]!r}" for name in controller.loops() if PERIODS.get(name) not in clock.model_fields]
-    return f"# loop_periods = {{ {', '.join(further)} }} # of the controller's further loops [s]\n" if further else ""
+    further = {name: usual[name] for name in controller.loops() if PERIODS.get(name) not in clock.model_fields}
+    periods = {"imu_period": usual["law"], "fix_period": usual["law"], **{key: usual[one] for one, key in PERIODS.items()}}
+    follows = dict.fromkeys(("position", "velocity", "attitude"), (0.0, 0.0, 0.0))
+    return {**periods, "step": usual_step(controller), "loop_periods": further or None, **follows}
 
 
 def template(preset: str | None = None, controller: str | None = None, folder: Path = Path()) -> str:
@@ -280,7 +239,8 @@ def template(preset: str | None = None, controller: str | None = None, folder: P
     section, others = chosen(controller, measures, folder, usual)
     period = {**Controller.rates, **section.controller.rates}["law"]
     model = load_preset(preset, folder).build(period=period).model() if preset else VehicleSection().model()
-    lines = "\n".join(controller_lines(section, model, others))
-    text = (VEHICLE_TEMPLATE if preset else TEMPLATE).replace("PRESET", preset or "").replace("CONTROLLER", lines)
-    kind = MultirotorMission if preset else LagrangeMission
-    return at_its_rates(text, section.controller).replace("LOOPS", loop_line(section.controller, kind)) + MARGINS
+    lines = controller_lines(section, model, others)
+    if preset:
+        here = (0.0, 0.0, 3.0)
+        return filled(VEHICLE_TEMPLATE, preset, section, lines, MultirotorMission, duration=17.5, position=here)
+    return filled(TEMPLATE, "", section, lines, LagrangeMission, duration=10.0)
