@@ -16,7 +16,12 @@ RECORDED = "crazyflie_flight"
 
 
 def refusal(folder: Path, content: str | bytes) -> str:
-    """What is said of a mission file with this content; fails if it is accepted, or said in more than one line."""
+    """What is said of a mission file with this content, of several mistakes first; fails if it is accepted."""
+    return refusals(folder, content)[0]
+
+
+def refusals(folder: Path, content: str | bytes) -> list[str]:
+    """The same of each mistake; fails if one takes more than a line, or does not name the file."""
     path = folder / "mission.toml"
     if isinstance(content, str):
         path.write_text(content, encoding="utf-8")
@@ -24,10 +29,9 @@ def refusal(folder: Path, content: str | bytes) -> str:
         path.write_bytes(content)
     with pytest.raises(UserError) as raised:
         plan_mission(read_mission(path), path)
-    message = str(raised.value)
-    assert len(message.splitlines()) == 1
-    assert message.startswith(str(path))
-    return message.removeprefix(str(path))
+    lines = raised.value.lines
+    assert all(len(line.splitlines()) == 1 and line.startswith(str(path)) for line in lines)
+    return [line.removeprefix(str(path)) for line in lines]
 
 
 scalars = st.one_of(

@@ -92,12 +92,12 @@ def test_ctrl_c_while_the_command_line_loads_is_one_line(tmp_path, module):
 
 def test_an_interrupted_command_names_what_it_had_written(tmp_path):
     WRITTEN.clear()
-    assert explained(KeyboardInterrupt()) == ("interrupted; nothing was written", 130)
+    assert explained(KeyboardInterrupt()) == (["interrupted; nothing was written"], 130)
     write_beside(tmp_path / "mine.toml", "")
     with publishing(tmp_path / "out", "a", overwrite=False) as draft:
         (draft / "metrics.json").write_text("{}")
     said = f"interrupted; written before: {tmp_path / 'mine.toml'}, {tmp_path / 'out'}"
-    assert explained(KeyboardInterrupt()) == (said, 130)
+    assert explained(KeyboardInterrupt()) == ([said], 130)
     WRITTEN.clear()
 
 

@@ -8,7 +8,7 @@ import pytest
 from quadstep.io.errors import UserError
 from quadstep.studies.campaign.flyer import Flyer
 from tests.campaigns import MASS, SHORT, leftovers, refused, written
-from tests.commands import quadstep
+from tests.commands import LINE, quadstep
 
 X, Y = "path.duration=0.3:0.5:3", "disturbance.scale=0,1"
 
@@ -114,7 +114,7 @@ def test_both_axes_are_needed(tmp_path):
 def test_files_that_are_none(tmp_path):
     refused(envelope(tmp_path, file=tmp_path / "none.toml"), "none.toml", "file not found")
     refused(envelope(tmp_path, file=mission(tmp_path, "x = [")), "mission.toml", "not valid TOML")
-    refused(envelope(tmp_path, file=mission(tmp_path, "flights = 3")), "mission.toml: flights", "unknown key")
+    refused(envelope(tmp_path, file=mission(tmp_path, f"flights = 3\n{LINE}")), "mission.toml: flights", "unknown key")
 
 
 @pytest.mark.parametrize(("vary", "x", "said"), [

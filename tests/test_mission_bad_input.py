@@ -1,12 +1,15 @@
 """Every kind of bad mission is refused with one line that names the file, the key, and what is allowed."""
 
 import json
+import pickle
 import re
+import traceback
 
 import pytest
 
 from quadstep import UserError, read_mission
-from tests.missions import refusal
+from tests.commands import quadstep, write
+from tests.missions import refusal, refusals
 
 LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.0, 0.0]\nduration = 1.0\n'
 WAYPOINTS = '[path]\ntype = "waypoints"\nwaypoints = [{times}]\n'
@@ -216,10 +219,47 @@ def test_a_key_with_a_line_break_still_gives_one_line(tmp_path):
     assert "unknown" in refusal(tmp_path, '"a\\nb" = 1\n' + LINE)
 
 
-def test_several_problems_are_counted_and_unknown_keys_come_first(tmp_path):
-    message = refusal(tmp_path, LINE + "[vehicle]\nmass = -1.0\ngravity = 0.0\ncolour = 1\n")
-    assert "vehicle.colour" in message
-    assert "2 more" in message
+WRONG = (
+    LINE + "[vehicle]\nmass = -1.0\ngravity = 0.0\ncolour = 1\n[controller]\ntype = 'backstepping'\nK_r1 = nan\nK_r3 = 1.0\n"
+)
+
+
+def test_each_of_several_mistakes_is_a_line_and_unknown_keys_come_first(tmp_path):
+    lines = refusals(tmp_path, WRONG)
+    assert [re.match(": (.*?): ", line)[1] for line in lines] == [
+        "vehicle.colour", "controller.K_r3", "vehicle.mass", "vehicle.gravity", "controller.K_r1[0]",
+    ]  # fmt: skip
+    assert lines[2:4] == [
+        ": vehicle.mass: should be greater than 0, not -1.0 kg", ": vehicle.gravity: should be greater than 0, not 0.0 m/s^2",
+    ]  # fmt: skip
+
+
+def test_the_command_line_prints_each_mistake_and_python_too(tmp_path):
+    path = write(tmp_path, WRONG)
+    run = quadstep("fly", path)
+    said = run.err.splitlines()
+    assert (run.code, run.out) == (2, "")
+    assert len(said) == 5
+    assert all(line.startswith(f"quadstep: error: {path}: ") for line in said)
+    with pytest.raises(UserError) as raised:
+        read_mission(path)
+    text = "".join(traceback.format_exception_only(raised.value))
+    assert [line.removeprefix("quadstep: error: ") for line in said] == text.removeprefix(
+        "quadstep.io.errors.UserError: "
+    ).splitlines()
+    assert pickle.loads(pickle.dumps(raised.value)).lines == raised.value.lines
+
+
+def test_of_very_many_mistakes_ten_are_named(tmp_path):
+    lines = refusals(tmp_path, LINE + "".join(f"strange{i} = 1\n" for i in range(14)))
+    assert len(lines) == 11
+    assert lines[-1] == ": and 4 more"
+
+
+def test_a_misspelt_key_is_one_mistake_and_not_a_missing_key_besides(tmp_path):
+    lines = refusals(tmp_path, '[path]\ntype = "circle"\nradus = 1.0\n')
+    assert [line.split(": ")[1] for line in lines] == ["path.radus", "path.period"]
+    assert [line.split(": ")[1] for line in refusals(tmp_path, "[pth]\n")] == ["pth"]
 
 
 def test_a_very_long_value_is_cut(tmp_path):

@@ -250,8 +250,9 @@ def run() -> int | None:
             terminal_width=min(max(width(sys.stdout), HELP_WIDTHS[0]), HELP_WIDTHS[1]),
         )
     except BaseException as error:
-        text, code = explained(error)
-        complain(text)
+        lines, code = explained(error)
+        for line in lines:
+            complain(line)
         return code
     if code == INTERRUPTED:  # what typer makes of Ctrl-C
         complain(interrupted())
@@ -263,23 +264,25 @@ def interrupted() -> str:
     return f"interrupted; written before: {', '.join(WRITTEN)}" if WRITTEN else "interrupted; nothing was written"
 
 
-def explained(error: BaseException) -> tuple[str, int]:
-    """An error as a line, and the exit code; raises the error itself where it is one of quadstep."""
+def explained(error: BaseException) -> tuple[list[str], int]:
+    """An error as a line for each mistake, and the exit code; raises the error itself where it is one of quadstep."""
     match error:
         case InterruptedRun():
-            return f"interrupted; {error}", INTERRUPTED
+            return [f"interrupted; {error}"], INTERRUPTED
         case KeyboardInterrupt() | typer.Abort():
-            return interrupted(), INTERRUPTED
+            return [interrupted()], INTERRUPTED
         case UserError():
-            return f"error: {error}", BAD_INPUT
+            said = error.lines
         case TyperException():
             command = getattr(getattr(error, "ctx", None), "command_path", "quadstep")
-            return f"error: {problem_message(error)} (see {command} --help)", BAD_INPUT
+            said = [f"{problem_message(error)} (see {command} --help)"]
         case BrokenProcessPool():
-            return "error: a process that draws figures was killed (out of memory?); nothing was written", BAD_INPUT
+            said = ["a process that draws figures was killed (out of memory?); nothing was written"]
         case _ if theirs(error):
-            return f"error: {user_error(error, ', '.join(sorted(NAMED)))} ({TRACEBACK} prints all of it)", BAD_INPUT
-    raise error
+            said = [f"{user_error(error, ', '.join(sorted(NAMED)))} ({TRACEBACK} prints all of it)"]
+        case _:
+            raise error
+    return [f"error: {one}" for one in said], BAD_INPUT
 
 
 def theirs(error: BaseException) -> bool:

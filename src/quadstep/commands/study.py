@@ -103,8 +103,8 @@ def run_study(study: "ComparisonStudy", folder: Path, seeds: int | None, how: "H
 def print_outcome(done: "FinishedComparison") -> None:
     """Say what was found. Raises typer.Exit where something could not be flown."""
     show(done.evidence, done.folder)
-    for one in done.found.problems:
-        complain(f"error: {one.line}")
+    for line in (line for one in done.found.problems for line in one.lines):
+        complain(f"error: {line}")
     if done.found.problems:
         raise typer.Exit(BAD_INPUT)
 

@@ -134,7 +134,7 @@ def identified_vehicle(vehicle: AirframeSection, fit: Identified, description: s
     try:
         return AirframeSection.model_validate(content)
     except ValidationError as error:
-        said = describe(AirframeSection, error.errors()[0])
+        said = ": ".join(filter(None, describe(AirframeSection, error.errors()[0])))
         raise UserError(f"the fit is outside the range of a vehicle file: {said}; {UNLIKE}") from None
 
 

@@ -25,7 +25,8 @@ LONGEST, LONGEST_VALUE, LONGEST_LIST = 1000, 60, 250
 class UserError(Exception):
     """Bad input or an impossible request: one line of text that says what, where, and what is allowed.
 
-    The command line prints it and exits with 2.
+    Of several mistakes the first is its text, and the others are notes, which Python prints with a traceback. The command line
+    prints a line for each, and exits with 2.
 
     >>> from quadstep import Mission, UserError
     >>> try:
@@ -35,8 +36,15 @@ class UserError(Exception):
     Mission: path.period: missing; it is needed: time of one turn [s]
     """
 
-    def __init__(self, message: str) -> None:
+    def __init__(self, message: str, *others: str) -> None:
         super().__init__(one_line(message))
+        for one in others:
+            self.add_note(one_line(one))
+
+    @property
+    def lines(self) -> list[str]:
+        """What each mistake is."""
+        return [str(self), *getattr(self, "__notes__", ())]
 
 
 class MissingExtraError(UserError):
@@ -57,8 +65,8 @@ def errors_in(source: object, about: str = "") -> Iterator[None]:
     try:
         yield
     except UserError as error:
-        said = str(error).removeprefix(f"{source}: ")
-        raise UserError(f"{source}: {about and f'{about}: '}{said}") from None
+        said = [line.removeprefix(f"{source}: ") for line in error.lines]
+        raise UserError(*(f"{source}: {about and f'{about}: '}{one}" for one in said)) from None
 
 
 def unknown_name(what: str, value: object, names: Iterable[str], other: str = "", see: str = "") -> str:

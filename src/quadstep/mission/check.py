@@ -2,9 +2,10 @@
 
 import contextlib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, TypeVar, get_args, get_origin
+from types import UnionType
+from typing import Any, NamedTuple, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -19,7 +20,10 @@ NOT_NUMBERS = "float_parsing", "float_type"
 """Types of errors of which the unit of the number is said."""
 
 INSIDE = "inside"
-"""Type of an error that is within a table of another model: its context has that model and the problem."""
+"""Type of an error that is within a table of another model: its context has that model and its problems."""
+
+MOST_NAMED = 10
+"""Mistakes that are named."""
 
 Checked = TypeVar("Checked", bound=BaseModel)
 
@@ -36,17 +40,44 @@ def check(model: type[Checked], content: object, source: str, folder: Path = Pat
 def explained(
     model: type[BaseModel], content: object, error: ValidationError | UserError, source: str, folder: Path = Path()
 ) -> UserError:
-    """What is wrong with the content of a model, in one line: the first of its problems, or a fault of a vehicle's file."""
+    """What is wrong with the content of a model, a line for each key: its problems, or the fault of a vehicle's file."""
     vehicle = "vehicle." if "vehicle" in model.model_fields else ""  # where a table may start from another file
     if isinstance(error, UserError):
         return UserError(f"{source}: {vehicle}file: {error}")
-    problems = sorted(error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden")
-    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    said = describe(model, problems[0])
-    file = blamed_file(content, problems[0]["loc"], folder)
-    if file:
-        said = f"{vehicle}file: {file}: {re.sub('^vehicle(: |[.])', '', said) if vehicle else said}"
-    return UserError(f"{source}: {said}{more}")
+    every = sorted(mistakes(model, error.errors(include_url=False)), key=lambda one: one.problem["type"] != "extra_forbidden")
+    found: dict[str, str] = {}
+    meant: set[str] = set()  # keys that misspelt ones stand for, which are not missing besides
+    for one in every:
+        key, said = describe(one.model, one.problem)
+        key = ".".join(filter(None, (*map(str, one.table), key)))
+        line = ": ".join(filter(None, (key, said)))
+        file = blamed_file(content, (*one.table, *one.problem["loc"]), folder)
+        if file:
+            line = f"{vehicle}file: {file}: {re.sub('^vehicle(: |[.])', '', line) if vehicle else line}"
+        if one.problem["type"] == "extra_forbidden":
+            meant |= {key[: key.rfind(".") + 1] + name for name in re.findall("did you mean (.*?)[?]", said)}
+        if one.problem["type"] != "missing" or key not in meant:
+            found.setdefault(re.sub(r"\[\d+\]$", "", key), line)  # of a list, the first entry
+    lines = [f"{source}: {line}" for line in found.values()]
+    more = len(lines) - MOST_NAMED
+    return UserError(*lines[:MOST_NAMED], *([f"{source}: and {more} more"] if more > 0 else []))
+
+
+class Mistake(NamedTuple):
+    """A problem that pydantic found. model: of what; table: where that is in the whole."""
+
+    model: type[BaseModel]
+    problem: Any
+    table: tuple[int | str, ...]
+
+
+def mistakes(model: type[BaseModel], every: Iterable[Any], table: tuple[int | str, ...] = ()) -> Iterator[Mistake]:
+    """Those of a model, and of the tables in it whose keys the user's own file declares."""
+    for one in every:
+        if one["type"] == INSIDE:
+            yield from mistakes(one["ctx"]["model"], one["ctx"]["problems"], (*table, *one["loc"]))
+        else:
+            yield Mistake(model, one, table)
 
 
 def blamed_file(content: object, location: tuple[int | str, ...], folder: Path) -> Path | None:
@@ -63,18 +94,15 @@ def blamed_file(content: object, location: tuple[int | str, ...], folder: Path) 
     return None
 
 
-def describe(model: type[BaseModel], problem: Any) -> str:
-    """One problem in the user's words: key, what is wrong, what is allowed."""
+def describe(model: type[BaseModel], problem: Any) -> tuple[str, str]:
+    """One problem in the user's words: its key, and what is wrong and what is allowed."""
     kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
-    if kind == INSIDE:  # of a table whose keys the user's own file declares
-        inside = describe(context["model"], context["problem"])
-        return f"{'.'.join(map(str, problem['loc']))}.{inside}"
     models, keys, options = walk(model, problem["loc"])
     key = cut(".".join(cut(part, LONGEST_VALUE) for part in keys), 3 * LONGEST_VALUE)
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         names = [name for option in options for name in types(option)]
         missing = f"missing; allowed: {', '.join(names)}"
-        return f"{key}.type: {missing if kind == 'union_tag_not_found' else unknown_name('value', context['tag'], names)}"
+        return f"{key}.type", missing if kind == "union_tag_not_found" else unknown_name("value", context["tag"], names)
     field = models[-1].model_fields.get(keys[-1].partition("[")[0]) if keys else None
     note = next((one for one in (field.metadata if field else ()) if isinstance(one, Quantity)), Quantity("", ""))
     meaning = f": {note.meaning}{note.unit and f' [{note.unit}]'}" if note.meaning else ""
@@ -94,7 +122,7 @@ def describe(model: type[BaseModel], problem: Any) -> str:
         unit = f" {note.unit}" if note.unit and (entries or kind in RANGES) else ""
         said = f"{text}, not {shorten(given)}{unit}" if entries or kind != "value_error" else text
         said = text if isinstance(given, dict) else said
-    return f"{key}: {said}" if key else said
+    return key, said
 
 
 def unknown(key: str, allowed: Iterable[str]) -> str:
@@ -112,7 +140,7 @@ def walk(
     models = [model]
     options: tuple[type[BaseModel], ...] = ()
     keys: list[str] = []
-    named = False  # whether the next part is a name of the user's own in a table of sections
+    named = tagged = False  # whether the next part is a name of the user's own, or pydantic's of one of several types
     for part in location:
         if isinstance(part, int):
             keys[-1] += f"[{part}]"
@@ -120,16 +148,18 @@ def walk(
         chosen = [option for option in options if part in types(option)]
         if chosen:
             models.append(chosen[0])
-            options = ()
+        if chosen or tagged:
+            options, tagged = (), False
             continue
         keys.append(part)
-        if named:
+        if not named:
+            field = models[-1].model_fields.get(part)
+            kind = field.annotation if field else None
+            options, named = sections(kind), get_origin(kind) is dict
+            tagged = get_origin(kind) in (Union, UnionType) and len({*get_args(kind)} - {type(None)}) > 1
+        else:
             named = False
-            continue
-        field = models[-1].model_fields.get(part)
-        options = sections(field.annotation) if field else ()
-        named = field is not None and get_origin(field.annotation) is dict
-        if len(options) == 1 and not named:
+        if len(options) == 1 and not named and not tagged:
             models.append(options[0])
             options = ()
     return models, keys, options

@@ -82,14 +82,14 @@ def or_own(
             model = table(value.get("type"), (info.context or {}).get("folder", Path()))
         except UserError as error:
             wrong = {"type": "value_error", "loc": ("type",), "msg": str(error), "input": value}
-            raise PydanticCustomError(INSIDE, "inside", {"model": BaseModel, "problem": wrong}) from error
+            raise PydanticCustomError(INSIDE, "inside", {"model": BaseModel, "problems": [wrong]}) from error
         if model is None:
             return known(value)
         try:
             return model.model_validate(value, context=info.context)
         except ValidationError as error:
-            problem = error.errors(include_url=False)[0]
-            raise PydanticCustomError(INSIDE, "inside", {"model": model, "problem": problem}) from None
+            every = error.errors(include_url=False)
+            raise PydanticCustomError(INSIDE, "inside", {"model": model, "problems": every}) from None
 
     return validated
 

@@ -106,7 +106,7 @@ def as_section(model: type[Checked], value: object, key: str, wanted: str) -> Ch
     try:
         return check(model, value, key)
     except UserError as error:
-        raise ValueError(str(error)) from None
+        raise ValueError("; ".join(error.lines)) from None
 
 
 class TuneSection(Section):

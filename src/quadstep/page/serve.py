@@ -161,7 +161,7 @@ def answer(root: Path, target: str, share: str = "") -> Answer:
     except (NotFound, OSError, ValueError):  # no such name, or none that a file can have
         pass
     except UserError as error:
-        return Answer(HTTPStatus.UNPROCESSABLE_ENTITY, KINDS[".txt"], f"{error}\n")
+        return Answer(HTTPStatus.UNPROCESSABLE_ENTITY, KINDS[".txt"], "\n".join((*error.lines, "")))
     return Answer(HTTPStatus.NOT_FOUND, KINDS[".txt"], "Nothing here. The list is at /\n")
 
 

@@ -118,7 +118,7 @@ def fly_submission(text: str, ground: Ground, out: Path) -> SubmissionResult:
 
 def reason_of(error: UserError) -> str:
     """Why a submission is none, as its student is told."""
-    return cut(str(error).removeprefix(f"{SOURCE}: "), LONGEST_SENTENCE)
+    return cut("; ".join(line.removeprefix(f"{SOURCE}: ") for line in error.lines), LONGEST_SENTENCE)
 
 
 def in_a_process(fly_it: "partial[SubmissionResult]", seconds: float, theirs: Connection) -> None:

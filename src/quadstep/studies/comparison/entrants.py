@@ -74,7 +74,11 @@ class Problem(NamedTuple):
     """What keeps a controller from taking part. controller: vehicle and name; None where it is all of a situation's."""
 
     controller: tuple[str, str] | None
-    line: str
+    lines: Sequence[str]
+
+    @property
+    def line(self) -> str:
+        return "; ".join(self.lines)
 
 
 class Entry(NamedTuple):
@@ -103,10 +107,11 @@ def entrants(study: ComparisonStudy, parts: Parts, again: bool, local: bool) -> 
                 if entry.optional and isinstance(error, MissingExtraError):
                     absent[name] = f"{name} is left out: {error}"
                     continue
-                said = str(error).removeprefix(f"{study.source}: ")
-                named = said.startswith(f"{name} ") or f"{name} on {vehicle}" in said
-                line = str(error) if named else f"{study.source}: {name} cannot fly {vehicle}: {said}"
-                problems.append(Problem((vehicle, name), line))
+                said = [line.removeprefix(f"{study.source}: ") for line in error.lines]
+                named = said[0].startswith(f"{name} ") or f"{name} on {vehicle}" in said[0]
+                about = f"{study.source}: {name} cannot fly {vehicle}"
+                lines = error.lines if named else [f"{about}: {one}" for one in said]
+                problems.append(Problem((vehicle, name), lines))
     return Entry(found, problems, tuple(absent.values()))
 
 

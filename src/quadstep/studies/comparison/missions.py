@@ -42,7 +42,7 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
         try:
             found_cells.append(cell_of(name, path, seeds))
         except UserError as error:
-            run.report_problem(Problem(("", name), str(error)))
+            run.report_problem(Problem(("", name), error.lines))
     times = [counted(one.mission) for one in found_cells]
     for one, time in zip(found_cells[1:], times[1:], strict=False):
         pair = " and ".join(str(places[cell.controller]) for cell in (found_cells[0], one))

@@ -66,7 +66,7 @@ class ComparisonRun:
     def report_problem(self, problem: Problem) -> None:
         """Something cannot go on. Raises UserError unless others shall."""
         if not self.how.keep_going:
-            raise UserError(problem.line)
+            raise UserError(*problem.lines)
         self.problems.append(problem)
 
     def out(self, vehicle: str, controller: str) -> bool:
@@ -112,7 +112,7 @@ class ComparisonRun:
         if worked.wrong and self.out(*job.controller):
             return  # of which enough has been said
         if worked.wrong:
-            self.report_problem(Problem(job.controller, f"{job.label}: {worked.wrong}"))
+            self.report_problem(Problem(job.controller, [f"{job.label}: {worked.wrong}"]))
         else:
             self.kept.add(job.kind, job.key, worked.content)
 
@@ -234,7 +234,7 @@ def cells(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entran
                 try:
                     found += [study.cell(situation, one.name, each.table, i) for i, each in enumerate((one, *one.others))]
                 except UserError as error:
-                    run.report_problem(Problem((one.vehicle, one.name), str(error)))
+                    run.report_problem(Problem((one.vehicle, one.name), error.lines))
     return found
 
 
@@ -257,7 +257,7 @@ def fly(
     for situation, many in list(flown.items()):
         if all(one.lost.all() for one in many.values()):
             where = situation.label or "the missions"
-            run.report_problem(Problem(None, f"{where}: no controller completes any of {counted(seeds, 'flight')}"))
+            run.report_problem(Problem(None, [f"{where}: no controller completes any of {counted(seeds, 'flight')}"]))
     return there, flown
 
 
@@ -291,7 +291,7 @@ def check_all(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[En
             try:
                 study.check_cell(cell)
             except UserError as error:
-                run.report_problem(Problem((cell.situation.vehicle, cell.controller), str(error)))
+                run.report_problem(Problem((cell.situation.vehicle, cell.controller), error.lines))
     raises(study, run, everybody)
     left = [cell for cell in wanted if not run.out(cell.situation.vehicle, cell.controller)]
     return reported(study.source, study.reported(), left or wanted)
@@ -305,7 +305,7 @@ def raises(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entra
                 try:
                     jobs.append(raising(robustness.raised(study, one.vehicle, name, one.name, one.table)))
                 except UserError as error:
-                    run.report_problem(Problem((one.vehicle, one.name), str(error)))
+                    run.report_problem(Problem((one.vehicle, one.name), error.lines))
     return jobs
 
 
