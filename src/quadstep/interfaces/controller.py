@@ -42,9 +42,9 @@ U = TypeVar("U", default=Any)
 class Command(NamedTuple):
     """The output of a controller, held until its next sample, and internal signals for the log.
 
-    thrust: u [N]. torque [N m]: on the paper's plant (tau_psi, tau_theta, tau_phi), generalised; on an airframe about its
-    body axes. The rest is only logged: desired_attitude: (psi_d, theta_d, phi_d), on an airframe (yaw, pitch, roll),
-    right-handed [rad], omitted by a law that has none; r1 [m/s] and r2 [rad/s], the filtered errors; stored: the
+    thrust [N]: u, along the body's z. torque [N m]: on the paper's plant (tau_psi, tau_theta, tau_phi), generalised; on an
+    airframe about its body axes. The rest is only logged. desired_attitude: (psi_d, theta_d, phi_d), on an airframe (yaw,
+    pitch, roll), right-handed [rad], omitted by a law that has none; r1 [m/s] and r2 [rad/s], the filtered errors; stored: the
     integral terms of Eq. 55; weight_norms: Frobenius norms of both nets' weights.
     """
 
@@ -60,11 +60,12 @@ class Command(NamedTuple):
 class Measured(NamedTuple):
     """The inputs of a controller of a real vehicle, measured or estimated.
 
-    position [m], velocity [m/s]: world, z up. attitude: unit quaternion (w, x, y, z), body to world. rates: about the body's
-    axes [rad/s]. thrust [N], torque [N m]: commanded to the rotors since the last sample, within their limits.
+    position [m]: world, z up. velocity [m/s]: world. attitude: unit quaternion (w, x, y, z), body to world. rates [rad/s]:
+    about the body's axes: x ahead, y left, z up. thrust [N], torque [N m]: commanded to the rotors since the last sample,
+    within their limits.
 
-    The other fields are only for a law that names them in `also_measures`. specific_force: the last accelerometer sample in
-    body axes [m/s^2], minus its estimated bias if there is an estimator. rotor_speeds: the current ones [rad/s]. full_speed:
+    The other fields are only for a law that names them in `also_measures`. specific_force [m/s^2]: the last accelerometer
+    sample in body axes, minus its estimated bias if there is an estimator. rotor_speeds [rad/s]: the current ones. full_speed:
     of a rotor at full output, at the battery's present voltage [rad/s]. age: of position and velocity [s]. noise: the
     flight's key for random numbers of the law (`numbers/noise.py`), so that they belong to the flight whatever batch or
     engine it is flown in.
@@ -269,14 +270,14 @@ class BodyRates(NamedTuple):
 
 
 class RotorThrusts(NamedTuple):
-    """The thrust of every rotor [N], in the order of the vehicle's rotors; each is clipped to its limits."""
+    """thrusts [N]: of every rotor, in the order of the vehicle's rotors; each is clipped to its limits."""
 
     thrusts: Vector
     desired_attitude: Vector = NOT_SAID
 
 
 class RotorSpeeds(NamedTuple):
-    """The commanded speed of every rotor [rad/s], in the order of the vehicle's rotors; each is clipped to its limits."""
+    """speeds [rad/s]: of every rotor, in the order of the vehicle's rotors; each is clipped to its limits."""
 
     speeds: Vector
     desired_attitude: Vector = NOT_SAID

@@ -72,11 +72,11 @@ class Model(NamedTuple):
 class Reference(NamedTuple):
     """The reference motion at an instant, in the world frame, z up.
 
-    position: xi_d [m]. velocity: xi_d_dot [m/s]. acceleration: xi_d_dd [m/s^2].
-    yaw: psi_d [rad], not wrapped. yaw_rate: psi_d_dot [rad/s].
-    jerk [m/s^3], snap [m/s^4]: third and fourth rate of the position; yaw_acceleration: psi_d_dd [rad/s^2]. Zero if a
-    path does not provide them. Vectors have length 3. ahead: the reference motion at the times of a controller's `preview`;
-    paths leave it empty.
+    position [m]: xi_d, world, z up. velocity [m/s]: xi_d_dot. acceleration [m/s^2]: xi_d_dd.
+    yaw [rad]: psi_d, not wrapped. yaw_rate [rad/s]: psi_d_dot.
+    jerk [m/s^3]: rate of the acceleration; zero if unknown. snap [m/s^4]: rate of the jerk; zero if unknown.
+    yaw_acceleration [rad/s^2]: psi_d_dd; zero if unknown. Vectors have length 3.
+    ahead: the same at the later times for which the law asks (`preview`); paths leave it empty.
 
     >>> from quadstep.interfaces.plant import Reference
     >>> from quadstep.numbers import vector

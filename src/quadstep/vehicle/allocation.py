@@ -36,7 +36,7 @@ class Allocation(NamedTuple):
     """How thrust and torque are shared among the rotors.
 
     matrix: a row for each rotor, whose thrust is row @ (u, tau_x, tau_y, tau_z) [N]. least, most: thrust of one rotor [N].
-    thrust: k_f [N s^2].
+    thrust [N s^2]: k_f, thrust over speed squared.
     """
 
     matrix: tuple[Vector, ...]

@@ -31,7 +31,7 @@ class Parameters(NamedTuple):
 
 
 class AttainedCommand(NamedTuple):
-    """What is left of a command within the rotors' limits: thrust u [N], generalised torque tau [N m]."""
+    """What is left of a command within the rotors' limits. thrust [N]: u. torque [N m]: tau, generalised."""
 
     thrust: Number
     torque: Vector

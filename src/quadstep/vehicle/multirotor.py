@@ -65,7 +65,7 @@ class AirframeParameters(NamedTuple):
 
 
 class Spun(NamedTuple):
-    """What each rotor is told [rad/s], and the thrust [N] and torque [N m] that this should make."""
+    """speeds [rad/s]: of each rotor, as it is told. thrust [N]: that these should make. torque [N m]: likewise."""
 
     speeds: Vector
     thrust: Number

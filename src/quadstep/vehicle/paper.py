@@ -12,10 +12,10 @@ from quadstep.numbers import Matrix, Number, Vector, clip, cos, matrix, sin, sol
 class State(NamedTuple):
     """The twelve states of Eq. 7 and Eq. 8: q = (xi, eta) and their rates.
 
-    position: xi = (x, y, z) [m], inertial frame, z up.
-    velocity: xi_dot [m/s].
-    attitude: eta = (psi, theta, phi) = (yaw, pitch, roll) [rad], in this order everywhere.
-    rates: eta_dot = (psi_dot, theta_dot, phi_dot) [rad/s], Euler rates, not body rates.
+    position [m]: xi = (x, y, z), inertial frame, z up.
+    velocity [m/s]: xi_dot.
+    attitude [rad]: eta = (psi, theta, phi) = (yaw, pitch, roll), in this order everywhere.
+    rates [rad/s]: eta_dot = (psi_dot, theta_dot, phi_dot), Euler rates, not body rates.
     """
 
     position: Vector

@@ -33,7 +33,9 @@ class PlanarLimits(NamedTuple):
 
 
 class PlanarState(NamedTuple):
-    """position (x, z) [m], velocity [m/s], pitch theta [rad], positive tilts the thrust towards -x, rate [rad/s]."""
+    """position [m]: (x, z). velocity [m/s]: its rate. pitch [rad]: theta, positive tilts the thrust towards -x. rate [rad/s]:
+    of the pitch.
+    """
 
     position: Vector
     velocity: Vector
@@ -42,7 +44,7 @@ class PlanarState(NamedTuple):
 
 
 class PlanarCommand(NamedTuple):
-    """thrust u [N], torque tau [N m]; wanted_pitch [rad]: for the log."""
+    """thrust [N]: u. torque [N m]: tau. wanted_pitch [rad]: for the log."""
 
     thrust: Number
     torque: Number

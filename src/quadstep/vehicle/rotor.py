@@ -99,8 +99,8 @@ NOTHING = vector(0.0, 0.0, 0.0)
 class RotorParameters(NamedTuple):
     """Parameters that all rotors of a vehicle share.
 
-    thrust: k_f [N s^2]. torque: k_m [N m s^2]. inertia: J_r, rotor and motor bell about the axis [kg m^2]. rise, fall: time
-    constants [s]. slowest, fastest [rad/s]. radius [m].
+    thrust [N s^2]: k_f, thrust over speed squared. torque [N m s^2]: k_m, torque over speed squared. inertia: J_r, rotor and
+    motor bell about the axis [kg m^2]. rise, fall: time constants [s]. slowest, fastest: of a rotor [rad/s]. radius [m].
     """
 
     thrust: Number

@@ -109,75 +109,17 @@ def remark(text: str) -> str:
     return safe.encode("ascii", "backslashreplace").decode().rstrip("\\")
 
 
-PLANT_WORDS = {
-    "position": "m, world, z up",
-    "velocity": "m/s, world",
-    "attitude": "rad, (psi, theta, phi) as docs/conventions.md has them",
-    "rates": "rad/s, rates of these angles",
-    "pitch": "rad, positive tilts the thrust towards -x",
-    "rate": "rad/s",
-    "thrust": "N",
-    "torque": "N m",
-}
-
-MEASURED_WORDS = {
-    **PLANT_WORDS,
-    "attitude": "unit quaternion (w, x, y, z), body to world",
-    "rates": "rad/s, about the body's axes: x ahead, y left, z up",
-    "thrust": "N, as last returned by made()",
-    "torque": "N m, as last returned by made()",
-    "specific_force": "m/s^2, last sample of the accelerometer, body axes",
-    "rotor_speeds": "rad/s, of each rotor",
-    "full_speed": "rad/s, of a rotor at full output",
-    "age": "s, of position and velocity",
-    "noise.words": "-, key of the law's random numbers: four whole numbers below 65536",
-}
-
-REFERENCE_WORDS = {
-    "position": "m, world, z up",
-    "velocity": "m/s",
-    "acceleration": "m/s^2",
-    "yaw": "rad, not wrapped",
-    "yaw_rate": "rad/s",
-    "jerk": "m/s^3; zero if unknown",
-    "snap": "m/s^4; zero if unknown",
-    "yaw_acceleration": "rad/s^2; zero if unknown",
-    "ahead": "the same at the later times for which the law asks",
-}
-
-COMMAND_WORDS = {
-    "thrust": "N, along the body's z",
-    "thrusts": "N, of each rotor",
-    "torque": "N m, about the body's axes",
-    "speeds": "rad/s, of each rotor",
-    "desired_attitude": "rad, (yaw, pitch, roll); for the log",
-    "r1": "m/s; for the log",
-    "r2": "rad/s; for the log",
-    "stored": "for the log",
-    "weight_norms": "for the log",
-}
-
-MADE_WORDS = {
-    "speeds": "rad/s, of each rotor",
-    "thrust": "N, produced by these",
-    "torque": "N m, produced by these",
+WORDS = {
     "values": "what the actuators are told, as the plant takes it",
-}
-
-VEHICLE_WORDS = {
-    "allocation.matrix": "thrust of each rotor per (thrust, torque about x, y, z)",
-    "allocation.least": "N, of one rotor",
-    "allocation.most": "N, of one rotor",
-    "allocation.thrust": "N s^2, thrust over speed squared",
     "allocation": "of a command to the rotors",
     "airframe": "of the vehicle",
     "rotor": "of each of its rotors",
-    "rotor.thrust": "N s^2, thrust over speed squared",
-    "rotor.torque": "N m s^2, torque over speed squared",
-    "slowest": "rad/s, of a rotor",
-    "fastest": "rad/s, of a rotor",
     "vehicle": "of the plant",
 }
+"""What no docstring says."""
+
+MEASURED_WORDS = {"thrust": "N, as last returned by made()", "torque": "N m, as last returned by made()"}
+"""Of what a law measures, in an export."""
 
 MODEL_WORDS = {
     "gravity": "m/s^2",

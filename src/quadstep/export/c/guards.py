@@ -4,10 +4,10 @@ import re
 from collections.abc import Sized
 from typing import NamedTuple
 
-from quadstep.export.c.comments import COMMAND_WORDS
 from quadstep.export.c.header import Exported, loops, prototypes
 from quadstep.export.c.law import begins, measured_part
 from quadstep.export.c.structs import fields_of, has_numbers
+from quadstep.interfaces.controller import Command
 from quadstep.numbers import Structure, leaf_names
 
 FEW = 40
@@ -174,7 +174,7 @@ ASKED = ("thrust", "torque", "rates", "thrusts", "speeds")
 
 def commanded_quantities(exported: Exported) -> list[Run]:
     command = exported.code.command
-    return runs("command", command, [name for name in fields_of(command) if name in ASKED or name not in COMMAND_WORDS])
+    return runs("command", command, [name for name in fields_of(command) if name in ASKED or name not in Command._fields])
 
 
 def saturation_status(exported: Exported) -> str:

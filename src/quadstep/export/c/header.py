@@ -4,19 +4,9 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from quadstep.export.c.comments import (
-    COMMAND_WORDS,
-    MADE_WORDS,
-    MEASURED_WORDS,
-    PLANT_WORDS,
-    REFERENCE_WORDS,
-    VEHICLE_WORDS,
-    of_gains,
-    of_structure,
-)
+from quadstep.export.c.comments import MEASURED_WORDS, WORDS, of_gains, of_structure
 from quadstep.export.c.law import Code, Subject, measured_part
 from quadstep.export.c.structs import has_numbers, members
-from quadstep.interfaces.controller import Measured
 
 STATUS = (
     ("NOT_STARTED", "start() must be called: the command is zero, or after DIVERGED the last one"),
@@ -79,9 +69,8 @@ def struct(name: str, lines: list[str], comment: str) -> str:
 def header(exported: Exported) -> str:
     name, code, subject = exported.name, exported.code, exported.subject
     guard = f"{name.upper()}_H"
-    measured_words = MEASURED_WORDS if isinstance(subject.measured, Measured) else PLANT_WORDS
     gains = members(subject.gains, of_gains(subject.controller, subject.gains), depth=2)
-    vehicle = members(code.vehicle, of_structure(subject.parameters, VEHICLE_WORDS), depth=2)
+    vehicle = members(code.vehicle, of_structure(subject.parameters, WORDS), depth=2)
     parameters = [
         *(["    struct", "    {", *gains, "    } gains; /* of the law */"] if gains else []),
         *(["    struct", "    {", *vehicle, "    } vehicle; /* whose actuators made() computes */"] if vehicle else []),
@@ -95,12 +84,12 @@ def header(exported: Exported) -> str:
         (
             "measured",
             measured_part(subject.measured),
-            of_structure(subject.measured, measured_words),
+            of_structure(subject.measured, MEASURED_WORDS),
             "The measurements. SI units.",
         ),
-        ("reference", subject.reference, of_structure(subject.reference, REFERENCE_WORDS), "The reference motion. SI units."),
-        ("command", code.command, of_structure(code.asked, COMMAND_WORDS), "The command."),
-        ("actuators", code.made, of_structure(code.made, MADE_WORDS), "Actuator commands, and what they produce."),
+        ("reference", subject.reference, of_structure(subject.reference, {}), "The reference motion. SI units."),
+        ("command", code.command, of_structure(code.asked, {}), "The command."),
+        ("actuators", code.made, of_structure(code.made, WORDS), "Actuator commands, and what they produce."),
         ("memory", code.memory, of_structure(code.memory, {}), "Memory of the law from sample to sample."),
     ]
     parts = [
