@@ -171,7 +171,7 @@ async () => {
   const took = [];
   for (let i = 0; i < 5; i++) {
     const begun = performance.now();
-    quadstep.setControl(id, values.map((value) => value * (1 + 0.01 * i)));
+    quadstep.setControl(id, values.map((value) => value * (1.01 + 0.01 * i)));
     while (!quadstep.rate().done) await new Promise((done) => setTimeout(done, 5));
     took.push(performance.now() - begun);
   }

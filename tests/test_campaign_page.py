@@ -132,8 +132,14 @@ def test_a_control_of_what_the_campaign_varies_is_refused_in_words(open_page):
     assert page.evaluate("quadstep.rate()") is None
     assert "sets mean wind along x, 9 ± 5 m/s (normal)" in page.locator("#rate-words").inner_text()
     assert page.locator("#outcome").inner_text().startswith("Nominal flight: ")
+    assert page.locator("#rate .note").is_hidden()
     page.evaluate("quadstep.setControl('wind', [6, 0, 0])")
     page.wait_for_function("() => quadstep.rate()?.done")
+    page.evaluate("quadstep.setControl('k_x', [12, 14, 16])")
+    page.click("#reset")
+    assert page.evaluate("quadstep.rate().done")  # as counted before
+    page.evaluate("quadstep.setControl('k_x', [13, 14, 16])")  # at once: the flights of the file are still known
+    page.wait_for_function("() => document.querySelector('#rate-words').textContent.includes('With the values at the marks')")
 
 
 @needs(CHROMIUM)

@@ -122,7 +122,8 @@ function start(): void {
   byId("guide").hidden = !guide;
   guide?.at.follow(() => {
     const shown = session.shown.value;
-    if (shown) address(fragment.write(shown.settings, shown.data, undefined, guide.at.value));
+    // A step that is about to choose another flight must not rename the entry that Back returns to.
+    if (shown && (guide.step?.flight ?? shown.data.id) === shown.data.id) address(fragment.write(shown.settings, shown.data, undefined, guide.at.value));
   });
   pane(guide ? "guide" : "plots");
 

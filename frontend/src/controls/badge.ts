@@ -51,9 +51,9 @@ export function badge(host: HTMLElement, shown: Shown): void {
 }
 
 /** Why a lost flight does not contradict the conditions that hold: what they promise (docs/theory.md, Theorem A, for the greatest thrust). */
-function promise({ conditions, measures: { thrust = Number.NaN } }: Shown): string {
+function promise({ conditions, measures: { thrust } }: Shown): string {
   const repaired = conditions.find(({ condition }) => condition.source === "repaired theorem at hover");
-  if (!repaired) return "No contradiction: the conditions do not promise that the flight stays bounded.";
+  if (!repaired || thrust === undefined) return "No contradiction: the conditions do not promise that the flight stays bounded.";
   const flown = quantity(thrust, "N");
   return repaired.left > thrust * thrust
     ? `No contradiction: at thrusts up to the ${flown} of this flight, the repaired theorem says when L falls, not that the flight stays bounded.`
@@ -61,7 +61,7 @@ function promise({ conditions, measures: { thrust = Number.NaN } }: Shown): stri
 }
 
 /** How the flight ended; where many are counted, that this is the one without their draws. */
-function outcome(shown: Shown): string {
+export function outcome(shown: Shown): string {
   const said = inWords(shown);
   return shown.data.rate ? `Nominal flight: ${said[0]!.toLowerCase()}${said.slice(1)}` : said;
 }

@@ -47,15 +47,17 @@ export class RatePanel {
     byId("rate").hidden = !rate;
     if (!rate || !pool) return;
     const setting = this.setting(shown, rate);
-    this.canvas.hidden = setting === undefined;
+    this.note.hidden = this.canvas.hidden = setting === undefined;
     if (!setting) {
-      this.tally = undefined;
+      pool.fly(this.tally = undefined);
       this.words.textContent = `The campaign itself sets ${rate.keys.join("; ")}. It is flown by the mission’s own controller: put these back to see its failure rate.`;
       return;
     }
-    this.tally = new Tally(rate);
-    if (this.own && alike(setting.given, this.own)) this.before = this.tally;
-    pool.fly(setting);
+    const own = this.own !== undefined && alike(setting.given, this.own);
+    this.tally = own && this.before?.done ? this.before : new Tally(rate);
+    if (own) this.before = this.tally;
+    pool.fly(this.tally.done ? undefined : setting);
+    this.request();
   }
 
   private open(data: FlightData): void {

@@ -43,8 +43,11 @@ export class Pool {
     this.columns = doubles(rate.rows);
   }
 
-  /** Fly all flights with this setting; what still flies with another is forgotten. */
-  fly(setting: Setting): void {
+  /** Fly all flights with this setting, if there is one; what still flies with another is forgotten. */
+  fly(setting: Setting | undefined): void {
+    this.id++;
+    this.job = undefined;
+    if (!setting) return;
     const { given, law, last } = setting;
     const [starts, names] = [new Map(law.starts.map((name, i) => [name, i])), given.names];
     const value = (name: string): number => {
@@ -52,7 +55,7 @@ export class Pool {
       return (name.startsWith("start.") ? given.start[starts.get(key) ?? -1] : given.parameters[names.get(key) ?? -1]) ?? Number.NaN;
     };
     this.setting = setting;
-    this.job = { id: ++this.id, constants: Float64Array.from(this.rate.constants, value), last, first: 0 };
+    this.job = { id: this.id, constants: Float64Array.from(this.rate.constants, value), last, first: 0 };
     const module = this.workers ? undefined : compiled(this.rate.module);
     if (module) this.start(setting, module);
     if (!this.workers) return this.alone(this.id, 0);

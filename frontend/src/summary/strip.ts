@@ -1,8 +1,10 @@
 // What this flight did, in four numbers and a sentence, with the file's numbers beside them.
 
+import { outcome } from "../controls/badge";
 import type { Session, Shown } from "../session";
 import { fill, h } from "../view/dom";
 import { join, number, quantity } from "../view/format";
+import { closed } from "../view/notation";
 import { markOf } from "./grade";
 import type { Measures } from "./measure";
 
@@ -24,11 +26,11 @@ export class SummaryStrip {
     const compared = !shown.asFiled && comparable(shown);
     const cells = entries(measures).map(({ label, text, hint }, i) => {
       const theirs = entries(filed)[i]!.text;
-      const beside = compared ? h("span", { class: "filed" }, theirs === text ? "unchanged" : `was ${theirs}`) : null;
+      const beside = compared ? h("span", { class: "filed" }, `was ${theirs}`) : null;
       return h("div", { title: hint }, h("dt", {}, label), h("dd", {}, text, beside));
     });
     fill(this.figures, ...cells);
-    this.words.textContent = ending(shown);
+    this.words.textContent = besides(shown);
     this.words.className = markOf(shown).kind;
     clearTimeout(this.waiting);
     this.waiting = window.setTimeout(() => (this.told.textContent = spoken(shown)), QUIET);
@@ -60,19 +62,18 @@ function comparable({ flight, data, whole }: Shown): boolean {
   return whole === undefined && flight.held && data.outcome.grade !== "lost" && Math.abs(data.outcome.ended - flight.ended) < 1e-6;
 }
 
-/** How it ended and why, and what of the original flight is not beside it. */
-export function ending(shown: Shown): string {
+/** What the badge leaves out: why it was lost or is not as asked, and what of the original flight is not beside it. */
+function besides(shown: Shown): string {
   const { flight, data, graded, asFiled, whole } = shown;
-  if (whole !== undefined) return `Coarse while you drag: the first ${number(flight.ended, 3)} s of ${number(whole, 3)} s.`;
-  const said = flight.held
-    ? `Completed (${number(flight.ended, 3)} s)${graded.reasons.length ? `, but ${graded.reasons.join(" and ")}` : ""}.`
-    : `Lost at ${flight.ended.toFixed(2)} s${flight.why ? `: ${flight.why}` : ""}${data.whyNot ? "" : "; the numbers stop there"}.`;
+  if (whole !== undefined) return "While you drag, numbers and plots cover only this beginning.";
+  const why = flight.held ? graded.reasons.join(" and ") : `${flight.why || "it was lost"}${data.whyNot ? "" : "; the numbers stop there"}`;
+  const said = why && closed(`${why[0]!.toUpperCase()}${why.slice(1)}`);
   if (asFiled || comparable(shown)) return said;
   const original = data.outcome.grade === "lost" ? `was lost at ${data.outcome.ended.toFixed(2)} s` : `flew for ${number(data.outcome.ended, 3)} s`;
-  return `${said} The original ${original}.`;
+  return `${said} The original ${original}.`.trim();
 }
 
 function spoken(shown: Shown): string {
   const figures = entries(shown.measures).map(({ label, text }) => `${label} ${text}`);
-  return `${ending(shown)} ${figures.join(", ")}.`;
+  return `${closed(outcome(shown))} ${besides(shown)} ${figures.join(", ")}.`;
 }

@@ -74,8 +74,7 @@ class Geometric(Controller):
     label = "geometric tracking on SE(3)"
     source = "Lee, Leok, McClamroch 2010; Goodarzi, Lee, Lee 2013"
     off_command = (
-        "the law ignores drag, so it computes a false acceleration and from it a body rate that the vehicle should not have; "
-        "the integral of its position error makes up for the difference"
+        "the law ignores drag, so it computes a false acceleration and from it a body rate that the vehicle should not have"
     )
     Gains = GeometricGains
 

@@ -23,4 +23,5 @@ def off_command(log: FlightLog, why: str) -> str:
     angle = "roll" if off["roll"] > off["pitch"] else "pitch"
     if not (wind >= WIND and off[angle] >= FROM):
         return ""
-    return f"In this wind {angle} is on average {off[angle]:.0f}° off its command in the second half of the flight: {why}."
+    half = "in the second half of the flight"
+    return f"In this wind {angle} is on average {off[angle]:.0f}° off its command {half}; one reason: {why}."

@@ -37,7 +37,9 @@ def write_report(
     """Write it beside the flight's other files. figures: their captions by path from there, without ending. why: it ended
     early, if known. ending: the state that ended it, as in metrics.json.
     """
-    off = off_command(log, mission.controller.controller.off_command) if "position" in metrics else ""
+    grade, _, labels = graded(metrics)
+    near = grade is not FlightGrade.LOST and set(labels) <= {"large error"}  # what else goes wrong may explain it
+    off = off_command(log, mission.controller.controller.off_command) if near and "position" in metrics else ""
     seen = [name for name in figures if Path(name).name == "attitude"]
     drawn = [Figure(name, f"{text} {off}".strip() if name in seen else text) for name, text in figures.items()]
     counted = errors_since(mission)
