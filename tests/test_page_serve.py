@@ -659,7 +659,13 @@ def test_cards_have_kind_picture_and_error(tmp_path):
     assert 'src="/thumb/one/"' in text
     (tmp_path / "one" / "figures" / "position.png").rename(tmp_path / "one" / "figures" / "step.svg")
     assert results(tmp_path)[0].picture == "figures/step.svg"
-    assert "RMSE 12.3\u00a0mm" in text
+    assert "RMSE 12.3\u00a0mm" in text and "checkbox" in text
+
+
+def test_an_article_is_not_offered_for_a_comparison(tmp_path):
+    (tmp_path / "article.html").write_text("<title>An article</title>")
+    text = answer(tmp_path, "/").text
+    assert "An article" in text and "checkbox" not in text
 
 
 # For others: only with the token

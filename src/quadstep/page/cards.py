@@ -131,11 +131,12 @@ def card(result: ResultFolder) -> str:
     attributes = " ".join(f'data-{key}="{escape(value)}"' for key, value in data.items())
     href, told = escape(best(result)), facts_tile(result)
     drawn = picture(result)
+    box = "" if result.kind == "Article" else f'<label><input type="checkbox" value="{escape(place)}"> compare</label>'
     shown = drawn and f'<a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{drawn}</a>'
     return (
         f'<li {attributes}>{shown}<div class="card">'
         f'<p class="head"><span class="kind">{escape(result.kind)} {grade_mark(result.grade)}</span> {number}</p>'
         f'<h2><a href="{href}">{escape(result.name)}</a></h2><p class="says">{escape(result.says)}</p>{told}'
         f'<p class="place">{escape("" if place == "." else place)}</p><p>{written}</p><div class="files">{links}</div>'
-        f'<label><input type="checkbox" value="{escape(place)}"> compare</label></div></li>\n'
+        f"{box}</div></li>\n"
     )

@@ -27,6 +27,7 @@
     const chosen = picked.map(one => cards.find(card => card.dataset.place === one).dataset), kind = chosen[0]?.kind;
     for (const card of cards) {
       const box = card.querySelector("input"), other = kind && card.dataset.kind !== kind;
+      if (!box) continue; // nothing to compare in it
       box.disabled = other;
       box.nextSibling.textContent = other ? ` not a ${kind.toLowerCase()}: cannot be compared with it` : " compare";
     }
