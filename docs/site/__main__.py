@@ -14,7 +14,7 @@ from docs.site.notebooks import write_notebooks
 from docs.site.pages import DOCS, ROOT, name_of, run_pages
 from docs.site.runs import folder_of, results, source_digest
 from docs.site.runs import run_pages as run_listings
-from docs.site.writing import MISSING, MissingError, accessible, without_annotations, write_pages, write_reference
+from docs.site.writing import MISSING, MissingError, accessible, write_pages, write_reference
 
 OUT = ROOT / "out" / "docs"
 
@@ -62,8 +62,6 @@ def build(answers: bool) -> int:
     code = subprocess.run([sys.executable, "-m", "sphinx", *command], check=False, cwd=ROOT).returncode
     for page in (OUT / "html").rglob("*.html"):
         page.write_text(accessible(page.read_text(encoding="utf-8")), encoding="utf-8")
-    search = OUT / "html" / "_static" / "searchtools.js"
-    search.write_text(without_annotations(search.read_text(encoding="utf-8")), encoding="utf-8")
     write_notebooks(OUT / "notebooks")
     if (source / "flown").is_dir():
         shutil.copytree(source / "flown", OUT / "html" / "flown", dirs_exist_ok=True)

@@ -1,5 +1,6 @@
 """Sphinx's settings. The source is what `docs.site.writing` makes; nothing is fetched from a network."""
 
+import json
 import re
 from html import escape
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING
 from docutils import nodes
 
 import quadstep
+from docs.site.sentences import sentences
 from quadstep.report import markup
 from quadstep.report.markup import FONTS
 from quadstep.report.mathml import CLOSING, displayed, in_line
@@ -38,7 +40,8 @@ html_extra_path: list[str] = []
 html_favicon = str(here / "static" / "icon.svg")
 html_css_files = ["colours.css", "formulas.css", "theme.css"]
 html_js_files = ["frames.js"]
-html_search_scorer = str(here / "scores.js")
+html_search_scorer = str(here / "search.js")
+html_show_search_summary = False  # search.js has a sentence for each result
 html_copy_source = False
 html_show_sourcelink = False
 html_show_sphinx = False
@@ -148,10 +151,32 @@ def put_displayed(translator: "HTML5Translator", node: nodes.math_block) -> None
     raise nodes.SkipNode
 
 
+SENTENCES: dict[str, list[tuple[str, str]]] = {}
+"""Of every page: what the search shows."""
+
+
+def collect_sentences(_app: "Sphinx", tree: nodes.document, place: str) -> None:
+    SENTENCES[place] = sentences(tree)
+
+
+def write_sentences(app: "Sphinx", _error: Exception | None) -> None:
+    text = f"const sentences = {json.dumps(SENTENCES, ensure_ascii=False)};\n"
+    (app.outdir / "_static" / "sentences.js").write_text(text, encoding="utf-8")
+
+
+def add_sentences(app: "Sphinx", page: str, *_: object) -> None:
+    """To the page of the search alone."""
+    if page == "search":
+        app.add_js_file("sentences.js")
+
+
 def setup(app: "Sphinx") -> None:
     """Formulas by quadstep's own MathML (docs/decisions/0019), as in reports and the article; no script, no font to load."""
     app.connect("doctree-read", set_numbers, priority=100)  # before titles are collected
     app.connect("doctree-read", link_rows)
     app.connect("doctree-read", link_terms)
+    app.connect("doctree-resolved", collect_sentences)
     app.connect("doctree-resolved", hold_punctuation)
+    app.connect("html-page-context", add_sentences)
+    app.connect("build-finished", write_sentences)
     app.add_html_math_renderer("mathml", (put_inline, None), (put_displayed, None))

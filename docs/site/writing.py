@@ -19,8 +19,8 @@ from quadstep.report.units import rich
 SHOWING = ("tutorials", "lessons")
 """Folders of pages that show what their commands print."""
 
-FEWEST_SECTIONS = 4
-"""Of a page that lists them."""
+FEWEST_SECTIONS, MANY_SECTIONS = 4, 12
+"""Of a page that lists them; of one whose sections within sections are listed, too."""
 
 MOST_LINES, LAST_LINES = 60, 10
 """Of a command's output; of a longer one the last are shown too, for there the verdict is."""
@@ -86,14 +86,23 @@ def with_links(text: str, place: str, there: Mapping[str, str]) -> str:
 
 
 def with_sections(text: str) -> str:
-    """A page of many sections with a list of them after its introduction, shown where there is no room for the theme's."""
-    names = re.findall(r"^## (.+)$", re.sub(r"^(`{3,}).*?^\1$", "", text, flags=re.MULTILINE | re.DOTALL), re.MULTILINE)
-    if len(names) < FEWEST_SECTIONS:
+    """A page of many sections with a list of them after its introduction, shown where there is no room for the theme's; one of
+    many sections within sections with a list of those, too, which is always shown.
+    """
+    prose = re.sub(r"^(`{3,}).*?^\1$", "", text, flags=re.MULTILINE | re.DOTALL)
+    names = re.findall(r"^##(#?) (.+)$", prose, re.MULTILINE)
+    inner = sum(bool(deep) for deep, _ in names)
+    if len(names) - inner < FEWEST_SECTIONS:
         return text
-    places = [re.sub(r"[^\w -]", "", name.lower()).replace(" ", "-") for name in names]
+    whole = inner >= MANY_SECTIONS
     before, after = re.split(r"^(?=## )", text, maxsplit=1, flags=re.MULTILINE)
-    listed = "\n".join(f"- [{name}](#{where})" for name, where in zip(names, places, strict=True))
-    return f"{before}:::{{container}} sections\n{listed}\n:::\n\n{after}"
+    places = [re.sub(r"[^\w -]", "", name.lower()).replace(" ", "-") for _, name in names]
+    listed = "\n".join(
+        f"{'  ' * bool(deep)}- [{name}](#{where})"
+        for (deep, name), where in zip(names, places, strict=True)
+        if whole or not deep
+    )
+    return f"{before}:::{{container}} sections{' whole' * whole}\n{listed}\n:::\n\n{after}"
 
 
 ACCESSIBLE = {
@@ -114,14 +123,6 @@ def accessible(page: str) -> str:
     for theirs, ours in ACCESSIBLE.items():
         page = page.replace(theirs, ours)
     return page
-
-
-def without_annotations(search: str) -> str:
-    """Sphinx's search, which then shows a formula once, without the LaTeX that a page has for those who copy it."""
-    passed_over = '[".headerlink", "script", "style"'
-    if passed_over not in search:
-        raise ValueError("searchtools.js: no longer says what it passes over")
-    return search.replace(passed_over, passed_over + ', "annotation"')
 
 
 def embedded(name: str, caption: str) -> str:
@@ -173,9 +174,9 @@ def write_pages(source: Path, results: Mapping[Path, tuple[Path, Sequence[Ran]]]
         text = with_flights(with_links(text, place, there), folder, source / "flown", place)
         (source / place).parent.mkdir(parents=True, exist_ok=True)
         (source / place).write_text(text, encoding="utf-8")
-    for path in (*DOCS.rglob("*.toml"), *DOCS.rglob("*.png"), *DOCS.rglob("*.md")):
+    for path in (*DOCS.rglob("*.toml"), *DOCS.rglob("*.png"), *DOCS.rglob("*.svg")):
         inside = path.relative_to(DOCS)
-        if inside.parts[0] != "site" and path.suffix != ".md":
+        if inside.parts[0] != "site":
             drawn = figures / inside
             (source / inside).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(drawn if drawn.is_file() else path, source / inside)
