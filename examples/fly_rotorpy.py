@@ -4,13 +4,33 @@ Needs RotorPy; in the checkout: .venv/bin/python -m pip install -e '.[rotorpy]'
 python examples/fly_rotorpy.py
 """
 
-from rotorpy.controllers.quadrotor_control import SE3Control
+import math
 
-from quadstep import flight_metrics, fly
-from quadstep.bridges.rotorpy import from_rotorpy
-from quadstep.bridges.rotorpy_flight import fly_on_rotorpy, to_quad_params
+import numpy as np
+from rotorpy.controllers.quadrotor_control import SE3Control
+from rotorpy.vehicles.multirotor import Multirotor
+
+from quadstep import UserError, flight_metrics, fly
+from quadstep.bridges.rotorpy import (
+    Adapter,
+    Trajectory,
+    airframe_state,
+    array,
+    from_rotorpy,
+    rotorpy_state,
+    to_quad_params,
+)
 from quadstep.control.opaque import flying
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import finished
+from quadstep.mission.airframe import BuiltAirframe
 from quadstep.mission.multirotor import MultirotorMission
+from quadstep.sensing.suite import Suite
+from quadstep.vehicle.airframe_plant import Events
+from quadstep.vehicle.multirotor import Spun
+from quadstep.world.air import MovingAir, start_turbulence, wind_at
+
+STILL = start_turbulence()
 
 MISSION = MultirotorMission.model_validate(
     {
@@ -21,6 +41,56 @@ MISSION = MultirotorMission.model_validate(
         "simulation": {"control_period": 0.004, "guidance_period": 0.008, "log_period": 0.008},
     }
 )
+
+
+def fly_on_rotorpy(plan, integrator=None):
+    """The log of a mission flown on RotorPy's vehicle instead of ours: same path, controller, rates, limits, a log alike.
+
+    The wind is held from step to step. integrator: keywords for SciPy's solve_ivp. Raises UserError for what RotorPy has no
+    like of: see `to_quad_params`, and events, turbulence, sensors.
+    """
+    controller, trajectory, ticks = Adapter(plan), Trajectory(plan), plan.ticks
+    loop, parameters = controller.loop, controller.parameters
+    plant = loop.plant
+    check(loop, parameters)
+    built = BuiltAirframe(plant.geometry, plant.effects, parameters.airframe, parameters.allocation, 0.0)
+    params = to_quad_params(built)
+    vehicle = Multirotor(params, control_abstraction="cmd_motor_speeds", integrator_kwargs=integrator)
+    stride = math.gcd(ticks.log, ticks.last, *(every for every in ticks.every))
+    step, state = stride * ticks.step, rotorpy_state(plan.start)
+    rows = []
+    code, tick = 0.0, 0
+    for tick in range(0, ticks.last + 1, stride):
+        t = tick * ticks.step
+        try:
+            answer = controller.update(t, state, trajectory.update(t))
+            now, reference = airframe_state(state), loop.path.reference(t, parameters.path)
+            code = plant.outcome(parameters, now, controller.command, reference)
+            if code:
+                break
+            if tick % ticks.log == 0:
+                measured, wind = controller.measured(state), wind_at(parameters.wind, STILL, t)
+                held = Spun(now.speeds, controller.thrust, controller.torque)
+                rows.append(plant.row(parameters, now, measured, controller.command, held, reference, wind, t))
+            if tick < ticks.last:
+                state["wind"] = array(wind_at(parameters.wind, STILL, t + 0.5 * step))
+                state = vehicle.step(state, answer, step)
+        except (ArithmeticError, ValueError):  # as on floats
+            code = float(Outcome.NOT_FINITE)
+            break
+    return finished(loop.columns, np.array(rows).reshape(-1, len(loop.columns)), code, tick, ticks, state)
+
+
+def check(loop, parameters):
+    """Raises UserError for parts of a mission that would be left out."""
+    lacking = {
+        "turbulence, and no wind of one's own": loop.air != MovingAir(),
+        "sensors": loop.sensing != Suite(),
+        "events": parameters.events != Events(),
+    }
+    for what, has in lacking.items():
+        if has:
+            raise UserError(f"a flight on RotorPy's vehicle has no {what}; take them out of the mission")
 
 
 def show(name, plan):

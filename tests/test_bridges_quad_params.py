@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadstep.bridges.rotorpy_flight import to_quad_params
+from quadstep.bridges.rotorpy import to_quad_params
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.vehicle.allocation import columns

@@ -1,13 +1,11 @@
 """Our controllers called by RotorPy, RotorPy's in our missions."""
 
-import sys
 from importlib import import_module
 
 import numpy as np
 import pytest
 
-from quadstep.bridges.rotorpy import Adapter, Trajectory, from_rotorpy
-from quadstep.bridges.rotorpy_flight import fly_on_rotorpy, multirotor, rotorpy_state, to_quad_params
+from quadstep.bridges.rotorpy import Adapter, Trajectory, from_rotorpy, rotorpy_state, to_quad_params
 from quadstep.control.opaque import MeasuredArrays, ReferenceArrays, flying
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
@@ -48,6 +46,10 @@ def rotorpy():
     """What imports a part of RotorPy."""
     package("rotorpy.vehicles.multirotor")
     return lambda name: import_module(f"rotorpy.{name}")
+
+
+def fly_on_rotorpy(plan):
+    return import_module("examples.fly_rotorpy").fly_on_rotorpy(plan)
 
 
 # Whole flights
@@ -278,12 +280,6 @@ def test_the_papers_plant_is_refused():
     ({"vehicle": {"preset": "hummingbird"}}, "gyroscopic"),
     ({"vehicle": {"preset": "hummingbird", "layout": "hexa-x", "arm": 0.2}}, "four rotors"),
 ])  # fmt: skip
-def test_what_rotorpys_vehicle_has_not_is_refused(parts, said):
+def test_what_rotorpys_vehicle_has_not_is_refused(rotorpy, parts, said):
     with pytest.raises(UserError, match=said):
         fly_on_rotorpy(mission(**parts).plan())
-
-
-def test_without_rotorpy_it_says_how_to_install_it(monkeypatch):
-    monkeypatch.setitem(sys.modules, "rotorpy.vehicles.multirotor", None)
-    with pytest.raises(UserError, match=r"needs rotorpy; install it: .* -m pip install 'rotorpy>=3.0'"):
-        multirotor({})

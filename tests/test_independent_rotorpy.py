@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from quadstep.bridges.rotorpy_flight import airframe_state, multirotor, to_quad_params
+from quadstep.bridges.rotorpy import airframe_state, to_quad_params
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.engines.loop import runge_kutta_4
 from quadstep.interfaces.closed_loop import Task, Ticks
@@ -18,7 +18,7 @@ from quadstep.vehicle.rigid_body import AirframeState, Effects, Geometry, renorm
 from tests.flights import column
 from tests.needs import package
 
-package("rotorpy.vehicles.multirotor")
+Multirotor = package("rotorpy.vehicles.multirotor").Multirotor
 
 HOLD, STEPS = 0.01, 32
 """How long a command holds [s], and in how many steps ours flies that."""
@@ -91,7 +91,8 @@ def ours(vehicle, state, wanted, wind):
 
 def theirs(params, state, wanted):
     """The same of RotorPy's vehicle."""
-    vehicle, flown = multirotor(params, EXACT), []
+    vehicle = Multirotor(params, control_abstraction="cmd_motor_speeds", integrator_kwargs=EXACT)
+    flown = []
     for speeds in wanted:
         state = vehicle.step(state, {"cmd_motor_speeds": speeds}, HOLD)
         flown.append([*state["x"], *np.roll(state["q"], 1), *state["w"], *state["rotor_speeds"]])

@@ -6,7 +6,10 @@
     with flying(from_rotorpy(SE3Control(params))) as (law, gains):          # RotorPy's, in a mission of ours
         log = fly(plan.with_controller(law, gains))
 
-Both have world z up, body x forward, y left, z up; RotorPy's quaternions are (i, j, k, w).
+Both have world z up, body x forward, y left, z up; RotorPy's quaternions are (i, j, k, w). A vehicle is written as RotorPy
+has one: with one lag for rising and falling rotors, four rotors that push along body z, and neither gyroscopic torque nor
+battery nor ground effect. Its `rotor_directions` are signs of the torque on the body, the opposite of a spin; its flapping
+moment has the opposite sign too. `examples/fly_rotorpy.py` flies a mission on such a vehicle.
 """
 
 import math
@@ -21,10 +24,12 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.controller import Command, Measured
 from quadstep.interfaces.plant import Reference
 from quadstep.io.errors import UserError
+from quadstep.mission.airframe import BuiltAirframe
 from quadstep.mission.clock import PERIODS
 from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll
 from quadstep.vehicle.multirotor import Multirotor
+from quadstep.vehicle.rigid_body import AirframeState
 
 State: TypeAlias = Mapping[str, NDArray[np.float64]]
 """x [m], v [m/s]: world. q: (i, j, k, w), body to world. w [rad/s]: about the body's axes."""
@@ -205,3 +210,59 @@ def column(values: Numbers) -> Vector:
 
 def array(values: Numbers) -> NDArray[np.float64]:
     return np.array(list(values), dtype=float)
+
+
+GRAVITY = 9.81
+"""RotorPy's, everywhere [m/s^2]."""
+
+UP = (0.0, 0.0, 1.0)
+
+
+def to_quad_params(vehicle: BuiltAirframe) -> dict[str, object]:
+    """RotorPy's `quad_params` of a vehicle, SI units. Raises UserError for what RotorPy cannot describe."""
+    mounts, effects, airframe = vehicle.geometry.mounts, vehicle.effects, vehicle.airframe
+    rotor, drag = airframe.rotor, airframe.drag
+    gyroscopic = effects.gyroscopic and rotor.inertia > 0.0
+    lacking = {
+        "has only vehicles with four rotors": len(mounts) != 4,
+        "has only rotors that push along body z": any(mount.axis != UP for mount in mounts),
+        "has a single rotor lag; set vehicle.rotor.rise_time and fall_time to the same value": rotor.rise != rotor.fall,
+        f"uses a gravity of {GRAVITY} m/s^2; set vehicle.gravity to that": airframe.gravity != GRAVITY,
+        "has no gyroscopic rotor torque; set vehicle.effects.gyroscopic = false": gyroscopic,
+        "has no battery; set vehicle.effects.battery = false": effects.battery,
+        "has no ground effect; set vehicle.effects.ground = false": effects.ground,
+        "has no ground to stand on; leave out vehicle.legs": bool(airframe.contact),
+    }
+    for what, lacks in lacking.items():
+        if lacks:
+            raise UserError(f"RotorPy {what}")
+    air = float(effects.drag)
+    x, y, z = airframe.inertia
+    c_x, c_y, c_z = air * drag.parasitic
+    k_d, _, k_z = air * drag.rotor
+    return {
+        "mass": airframe.mass,
+        **{"Ixx": x, "Iyy": y, "Izz": z, "Ixy": 0.0, "Ixz": 0.0, "Iyz": 0.0},
+        "num_rotors": len(mounts),
+        "rotor_radius": rotor.radius,
+        "rotor_pos": {f"r{i}": np.array(mount.position) for i, mount in enumerate(mounts, start=1)},
+        "rotor_directions": np.array([-mount.spin for mount in mounts]),
+        "rI": np.zeros(3),
+        **{"c_Dx": c_x, "c_Dy": c_y, "c_Dz": c_z},
+        "k_eta": rotor.thrust,
+        "k_m": rotor.torque,
+        **{"k_d": k_d, "k_z": k_z, "k_h": air * drag.translational_lift, "k_flap": -air * drag.flapping},
+        "tau_m": rotor.rise,
+        **{"rotor_speed_min": rotor.slowest, "rotor_speed_max": rotor.fastest, "motor_noise_std": 0.0},
+    }
+
+
+def rotorpy_state(state: AirframeState) -> dict[str, NDArray[np.float64]]:
+    position, velocity, attitude, rates, speeds = map(array, state[:5])
+    parts = {"x": position, "v": velocity, "q": np.roll(attitude, -1), "w": rates}
+    return {**parts, "wind": np.zeros(3), "rotor_speeds": speeds}
+
+
+def airframe_state(state: State) -> AirframeState:
+    position, velocity, rates, speeds = (column(state[key]) for key in ("x", "v", "w", "rotor_speeds"))
+    return AirframeState(position, velocity, column(np.roll(state["q"], 1)), rates, speeds, charge=0.0)
