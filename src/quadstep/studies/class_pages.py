@@ -12,7 +12,7 @@ from quadstep.interfaces.gain import BELIEF, Gain
 from quadstep.io.files import is_file
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.fields import dotted
-from quadstep.mission.listings import commented, learning_numbers, net_lines, rounded, written
+from quadstep.mission.listings import commented, learning_numbers, number_lines, rounded, written
 from quadstep.mission.schema import Mission
 from quadstep.page.cards import grade_mark, part
 from quadstep.report import units
@@ -258,7 +258,8 @@ def first_text(mission: Mission, ground: Ground) -> str:
     nets = mission.controller.table
     if nets and is_free("controller.nets", free):
         derived = learning_numbers(law, mission.controller.gains(mission.modelled.model()))
-        lines += ["", "[controller.nets]", *(one for one in net_lines(nets, derived) if not one.startswith("# weights"))]
+        shown = derived | {key: value for key, value in nets if value is not None}
+        lines += ["", "[controller.nets]", *number_lines(type(nets), shown)]
     return "\n".join((*others, *(("[controller]", f'type = "{mission.controller.type}"', *lines) if lines else ()), ""))
 
 
