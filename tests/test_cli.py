@@ -81,7 +81,7 @@ def test_without_a_command_the_help_is_shown_and_nothing_else_is_said():
         (["completion"], "SHELL: missing; it is needed; allowed: bash, zsh, fish (see quadstep completion --help)"),
         (["fly", "a b", "it's"], '"it\'s": not expected; the command takes no further argument (see quadstep fly --help)'),
         (["flu"], "unknown command 'flu'; did you mean fly? (see quadstep --help)"),
-        (["flie"], "unknown command 'flie'; did you mean fly? (see quadstep --help)"),
+        (["fyl"], "unknown command 'fyl'; did you mean fly? (see quadstep --help)"),
         (["it's"], 'unknown command "it\'s" (see quadstep --help)'),
         (["fly", "m.toml", "--out"], "--out: missing its value (see quadstep --help)"),
         (["fly", "m.toml", "--json=3"], "--json: takes no value (see quadstep --help)"),

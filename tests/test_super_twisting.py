@@ -150,7 +150,7 @@ def test_its_conditions_warn_and_its_certificate_is_refused(folder):
 
 @pytest.mark.parametrize(("change", "said"), [
     (("k_1 = 4.0", "k_1 = -4.0"), "controller.k_1: every entry must be greater than 0"),
-    (("k_1 = 4.0", "k_9 = 4.0"), "controller.k_9: unknown key; did you mean k_w? Allowed here: bound, inertia, k_1, k_2, k_R"),
+    (("k_1 = 4.0", "k_9 = 4.0"), "controller.k_9: unknown key; did you mean k_1? Allowed here: bound, inertia, k_1, k_2, k_R"),
     (("k_1 = 4.0", 'k_1 = "four"'), "controller.k_1: should be a number or a list of three, not 'four'"),
     (("py:SuperTwisting", "py:SuperTwister"), "has no 'SuperTwister'; it defines Gains, Memory"),
     (("super_twisting.py", "gone.py"), "gone.py: file not found"),

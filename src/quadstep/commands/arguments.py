@@ -11,9 +11,6 @@ from typer.exceptions import TyperException
 from quadstep.io.errors import UserError, did_you_mean, unknown_name
 from quadstep.report.screen import say_whole
 
-ALIKE = 0.8
-"""Likeness from which an option is taken for a misspelt one."""
-
 HELP = "; --help lists what a command takes"
 
 WORDED = (
@@ -71,16 +68,15 @@ def worded(text: str) -> str:
 
 
 def unknown_command(given: str, names: Sequence[str]) -> str:
-    """That there is no such command, and which one may be meant: rather one that begins in the same way."""
-    begun = [name for name in names if name[:2] == given[:2]]
-    return f"unknown command {given!r:.60}{did_you_mean(given, begun, 0.5) or did_you_mean(given, names)}"
+    """That there is no such command, and which one may be meant."""
+    return f"unknown command {given!r:.60}{did_you_mean(given, names)}"
 
 
 def unknown_option(option: str, possible: Sequence[str]) -> str:
     """That there is no such option, and which one may be meant."""
     if option == "--version":
         return "--version: is an option of quadstep alone: quadstep --version"
-    return f"unknown option {option!r:.60}{did_you_mean(option, possible, ALIKE)}"
+    return f"unknown option {option!r:.60}{did_you_mean(option, possible)}"
 
 
 def refuse_empty(arguments: Sequence[str]) -> None:

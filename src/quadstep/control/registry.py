@@ -50,6 +50,9 @@ BUILT_IN: dict[type, dict[str, str]] = {
 }
 """Module and class by the name in missions, in the order in which users are told of them."""
 
+FLOWN = {State: "the paper's plant", Measured: "real vehicles", PlanarState: "the planar vehicle"}
+"""What the controllers fly that are told such a measurement."""
+
 STOCK = ("crazyflie-pid", "crazyflie-mellinger", "px4-cascade", "ardupilot-cascade", "betaflight-rates")
 """Laws of autopilots, with an autopilot's default gains for its own vehicle: they do not follow from any other."""
 
@@ -63,6 +66,11 @@ def controller(measures: type, name: str) -> type[Controller] | None:
     module, law = place.split(".")
     found: type[Controller] = getattr(import_module(f"quadstep.control.{module}"), law)
     return following_rates(found)
+
+
+def flown_by(name: object) -> str:
+    """What the controller of this name flies, in words; nothing where there is none."""
+    return " and ".join(words for measures, words in FLOWN.items() if name in names(measures))
 
 
 def names(measures: type) -> tuple[str, ...]:

@@ -9,11 +9,11 @@ Ctrl-C: what it leaves is said, and it is held back where a half-done step would
 
 import contextlib
 import math
+import re
 import reprlib
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from difflib import get_close_matches
 
 FAILED, BAD_INPUT, DIVERGED, UNMET, OUTPUT_LOST, INTERRUPTED = 1, 2, 3, 4, 5, 130
 
@@ -94,10 +94,41 @@ def meant_of(value: object, names: Sequence[str], allowed: str) -> str:
     return f"{meant} {allowed[0].upper()}{allowed[1:]}" if meant else f"; {allowed}"
 
 
-def did_you_mean(value: object, names: Sequence[str], alike: float = 0.61) -> str:
-    """Which of the names was probably meant; nothing where none is as much like it, of 1."""
-    near = get_close_matches(value, names, 1, alike) if isinstance(value, str) and len(value) <= LONGEST_VALUE else ()
-    return "".join(f"; did you mean {one}?" for one in near)
+def did_you_mean(value: object, names: Sequence[str]) -> str:
+    """Which of the names was probably meant: the one with the fewest letters amiss, at most one in four; else the only one
+    that begins with it, or has all its words or no others. Nothing where there is none.
+
+    >>> did_you_mean("raduis", ["radius", "ramp"]), did_you_mean("jpg", ["png"]), did_you_mean("mass_kg", ["arm", "mass"])
+    ('; did you mean radius?', '', '; did you mean mass?')
+    """
+    if not isinstance(value, str) or not value or len(value) > LONGEST_VALUE:
+        return ""
+    given, most = value.lower(), max(1, len(value) // 4)
+    amiss = {name: edits(given, name.lower()) for name in names if abs(len(name) - len(given)) <= most}
+    near = [name for name, count in amiss.items() if count <= most and 2 * count < max(len(name), len(given))]
+    if near:
+        return f"; did you mean {min(near, key=amiss.__getitem__)}?"
+    parts = words_of(given)
+    akin = [name for name in names if name.lower().startswith(given) or parts <= words_of(name) or words_of(name) <= parts]
+    return f"; did you mean {akin[0]}?" if parts and len(akin) == 1 else ""
+
+
+def words_of(name: str) -> set[str]:
+    """The words that a name is made of."""
+    return set(re.findall(r"[^\W_]+", name.lower())) or {""}
+
+
+def edits(a: str, b: str) -> int:
+    """The fewest letters to insert, leave out, change or swap with the next one for `a` to become `b`."""
+    earlier: list[int] = []
+    before, row = earlier, [*range(len(b) + 1)]
+    for i, x in enumerate(a):
+        earlier, before, row = before, row, [i + 1]
+        for j, y in enumerate(b):
+            least = min(before[j] + (x != y), before[j + 1] + 1, row[j] + 1)
+            swapped = i and j and (x, a[i - 1]) == (b[j - 1], y)
+            row.append(min(least, earlier[j - 1] + 1) if swapped else least)
+    return row[-1]
 
 
 class ShortRepr(reprlib.Repr):

@@ -49,8 +49,8 @@ def explained(
     meant: set[str] = set()  # keys that misspelt ones stand for, which are not missing besides
     for one in every:
         key, said = describe(one.model, one.problem)
+        line = ".".join((*map(str, one.table), ": ".join(filter(None, (key, said)))))
         key = ".".join(filter(None, (*map(str, one.table), key)))
-        line = ": ".join(filter(None, (key, said)))
         file = blamed_file(content, (*one.table, *one.problem["loc"]), folder)
         if file:
             line = f"{vehicle}file: {file}: {re.sub('^vehicle(: |[.])', '', line) if vehicle else line}"

@@ -13,6 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeVar
 from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, ValidationError, ValidationInfo, create_model
 from pydantic_core import PydanticCustomError
 
+from quadstep.control.registry import flown_by
 from quadstep.interfaces.gain import Gain, cached_by_class, declared, gains_in
 from quadstep.interfaces.log import Metric
 from quadstep.io.doors import CONTROLLERS, METRICS, OWN, named, own_place
@@ -97,8 +98,13 @@ def or_own(
 def unknown_type(kind: object, own: Iterable[str], group: str) -> UserError:
     """What is said of a `type`, None if missing, that names nothing: own are the package's, group those of entry points."""
     names, see = named(own, group), SEE.get(group, "")
-    missing = f"missing; allowed: {listed(names, OWN, see)}"
-    return UserError(missing if kind is None else unknown_name("value", kind, names, OWN, see))
+    allowed = f"allowed: {listed(names, OWN, see)}"
+    if kind is None:
+        return UserError(f"missing; {allowed}")
+    others = flown_by(kind) if group == CONTROLLERS else ""
+    return UserError(
+        f"{kind} flies {others}, not this vehicle; {allowed}" if others else unknown_name("value", kind, names, OWN, see)
+    )
 
 
 class NumbersSection(Section):

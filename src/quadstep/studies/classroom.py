@@ -167,7 +167,7 @@ class Room:
         place = file.parent / self.section.mission
         self.mission, self.text = read_mission(place), files.read_text(place, files.TOML)
         metric = Requirement(self.section.metric, math.inf)
-        (full,) = with_full_names([metric], metric_names(self.mission, self.mission.plan()))
+        (full,) = with_full_names([metric], metric_names(self.mission, self.mission.plan()), self.mission.own_metrics)
         usual = cast("dict[str, object]", plain(self.mission.model_dump(mode="json")))
         self.ground = Ground(read_toml(place), usual, place.parent, self.section.free, full.metric)
         key, self.own, self.own_folder = secret(root), SubmissionResult(""), root / OWN
