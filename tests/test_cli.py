@@ -49,6 +49,13 @@ def test_the_help_of_a_command_names_its_options(command):
         assert part.lower() in run.out.lower()
 
 
+def test_every_help_says_the_exit_codes():
+    for name, command in commands():
+        text = " ".join(command.get_help(command.make_context(name, [], resilient_parsing=True)).split())
+        assert re.search(r"Exit code 0: .* 2: bad input", text), name
+    assert re.search(r"Exit codes .*: 0: .* 2: bad input.* 130: interrupted", " ".join(quadstep("--help").out.split()))
+
+
 TYPERS = re.compile(r"\w <\w+[>\[]|\{[A-Z]|x[<>]=")
 """What typer makes of an argument: {FILE}, FILE <path>, and of a range."""
 

@@ -162,6 +162,7 @@ def built(names: Iterable[str] = COMMANDS.own) -> typer.Typer:
         name="quadstep",
         cls=AllCommands,
         help="How well, and how reliably, will this controller keep my quadrotor on its path?",
+        epilog=CODES,
         add_completion=False,
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
@@ -183,6 +184,10 @@ def version(shown: bool) -> None:
             say(line)
         raise typer.Exit
 
+
+CODES = """Exit codes (docs/ci.md): 0: done. 1: evidence failed, or nothing was decided. 2: bad input. 3: the flight was lost,
+or the bound disproved. 4: a requirement is not met. 5: standard output could not be written. 130: interrupted."""
+"""Of all commands; the help of each says which it has."""
 
 OWN_CODE, TRACEBACK = "--no-user-code", "--traceback"
 """Options that may stand anywhere on the command line."""

@@ -93,7 +93,7 @@ def export(
 ) -> None:
     """Write a mission's controller as C99 for the vehicle: source, parameters, a test with golden vectors, a data sheet.
 
-    The generated code is yours. Exit code 2: bad input.
+    The generated code is yours.
     """
     from quadstep.export.run import TARGETS, ExportRequest, export_mission
     from quadstep.mission.read import read_mission

@@ -162,8 +162,19 @@ def name_value(one: inspect.Parameter) -> None:
             info.metavar = next((word for kind, word in VALUES.items() if kind in kinds), None)
 
 
+USUAL_CODES = "Exit code 0: done. 2: bad input. 130: interrupted."
+"""Of a command that does not say otherwise."""
+
+
 class PlainCommand(TyperCommand):
-    """A command whose help shows arguments as it shows the values of options: FILE, where typer has {FILE} and FILE <path>."""
+    """A command whose help shows arguments as it shows the values of options: FILE, where typer has {FILE} and FILE <path>;
+    it says its exit codes.
+    """
+
+    def format_help_text(self, ctx: "Context", formatter: "HelpFormatter") -> None:
+        if "Exit code" not in (self.help or ""):
+            self.help = "\n\n".join(filter(None, (self.help, USUAL_CODES)))
+        super().format_help_text(ctx, formatter)
 
     def collect_usage_pieces(self, ctx: "Context") -> list[str]:
         return [re.sub("[{}]", "", piece) for piece in super().collect_usage_pieces(ctx)]

@@ -136,10 +136,12 @@ def serve(
         ),
     ] = None,
 ) -> None:
-    """Show results under a folder in the browser: sort, filter, compare two. Ctrl-C ends it, with exit code 0.
+    """Show results under a folder in the browser: sort, filter, compare two.
 
     Only this machine can see them, unless --host says otherwise. With --class the folder is not shown: it is where the flights
     of the class are stored.
+
+    Exit code 0: ended by Ctrl-C. 2: bad input.
     """
     from quadstep.page.serve import serve as run
     from quadstep.page.sharing import access, qr_text
@@ -205,7 +207,7 @@ def serve_setpoints(
 ) -> None:
     """Send a mission's path to a vehicle as MAVLink setpoints, in real time; never arms or changes the mode.
 
-    Exit code 2: bad input, or no vehicle responded.
+    Exit code 0: sent. 2: bad input, or no vehicle responded. 130: interrupted.
     """
     from quadstep.bridges.setpoints import SetpointKind, check_hold, check_rate, serve
     from quadstep.mission.read import plan_mission, read_mission

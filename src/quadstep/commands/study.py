@@ -120,7 +120,8 @@ def completion(
 ) -> None:
     """Check the repaired theorem (docs/theory.md) on random states and fly the completed controller beside the paper's.
 
-    Exit code 1: a statement does not hold, or would still hold with a term of its bound scaled by 0.9, so that it is loose.
+    Exit code 0: every statement holds. 1: one does not, or would still hold with a term of its bound scaled by 0.9, so that
+    it is loose. 2: bad input.
     """
     from quadstep.proofs.theory.completion import study_completion
 
@@ -140,8 +141,10 @@ def region(
 ) -> None:
     """Certify the region of Theorem B (docs/theory.md) for the completed law's default gains, and fly from its edge.
 
-    The certificate is computed in exact rational numbers. Exit code 1: it fails, the region contains no flight that starts at
-    rest on its path, a flight without nets leaves it, or L_dot exceeds its bound.
+    The certificate is computed in exact rational numbers.
+
+    Exit code 0: certified. 1: the certificate fails, the region contains no flight that starts at rest on its path, a flight
+    without nets leaves it, or L_dot exceeds its bound. 2: bad input.
     """
     from quadstep.proofs.theory import edge
     from quadstep.proofs.theory.flow import Flow, draw, shares_of_lines

@@ -31,7 +31,7 @@ def advise(
 ) -> None:
     """Measure a loop's margins from a flight log, and advise gains that would make it sound (docs/advise.md).
 
-    Exit code 2: the log has no excitation, or one that does not determine the margins; the reason is printed.
+    Exit code 0: measured, sound or not. 2: bad input, or a log without an excitation that determines the margins.
     """
     from quadstep.studies.advise import advise as advised
 
