@@ -87,6 +87,10 @@ def test_the_text_is_of_2500_words_and_has_five_figures_that_are_there_without_j
     drawn = re.findall(r'<figure id="(\w+)" class="live">\n<div class="drawing"[^>]*><svg', text)
     assert sorted(drawn) == sorted(FIGURES)
     assert set(FLIGHTS) <= set(FIGURES)
+    listed = re.findall(r'<li><a href="#(\w+)">(.+?)</a></li>', text)
+    names = re.findall(r"<figcaption><b>Figure \d\. (.+?)[.?]?</b>", text)
+    assert [name for name, _ in listed] == re.findall(r'<figure id="(\w+)"', text)
+    assert [said.rstrip("?") for _, said in listed] == names
 
 
 def test_every_symbol_that_lights_up_has_something_to_light_in_its_section():
@@ -194,7 +198,7 @@ def test_stills_are_the_figures_as_they_begin(opened):
 def test_figures_follow_the_finger_and_the_keyboard_and_symbols_light_up(opened):
     page = opened(360)
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
-    assert page.locator("#inversion .name sub").all_inner_texts() == ["x", "y", "z"]
+    assert page.locator("#inversion .name sub").all_text_contents() == ["x", "y", "z"]
     assert page.locator("#inversion .low").all_text_contents() == list("ddddd")
     assert not any("_" in said for said in page.locator(".drawing text").all_text_contents())
     for name in FIGURES:

@@ -48,6 +48,19 @@ def test_the_clock_tells_both_times_in_the_same_way(open_page):
     assert page.locator("#summary-words").inner_text().startswith("Its error is large for its path")
 
 
+def test_letters_of_symbols_have_the_face_of_formulas_and_words_and_units_do_not(open_page):
+    page = open_page()
+    page.evaluate("quadstep.select('hasty')")
+    letters = page.locator("#plot-position-error .legend i")
+    assert letters.all_text_contents() == ["x", "x", "y", "y", "z", "z"]
+    assert letters.first.evaluate("one => getComputedStyle(one).fontFamily").startswith('"STIX Two Math"')
+    page.wait_for_function("[...document.fonts].some(({ family, status }) => family.includes('STIX') && status === 'loaded')")
+    names = {name.text_content(): name.locator("i").all_text_contents() for name in page.locator("#controls .name").all()}
+    assert (names["Kr1"], names["Λ1"], names["filter frequency"]) == (["K"], ["Λ"], [])
+    page.evaluate("quadstep.select('windy')")
+    assert page.locator("#plot-attitude .legend i").all_text_contents() == []  # yaw, pitch, roll
+
+
 def test_a_control_shows_four_digits_and_flies_all(open_page):
     page = open_page()
     boxes = page.locator("#controls input[type=text]")

@@ -23,6 +23,8 @@ const ACCENTS: Readonly<Record<string, string>> = { dot: "\u0307", ddot: "\u0308
 export interface Piece {
   readonly text: string;
   readonly low: boolean;
+  /** The letter of a symbol, which legends and sliders show in the face of formulas. */
+  readonly symbol?: boolean;
 }
 
 // a name with parts after underscores or a number at its end; psi, tau_psi, K_r1, Lambda2, x_d, norm_W1, W1
@@ -38,15 +40,18 @@ const PARAMETER = /^\p{Lu}{2,}_/u; // of an autopilot: MC_ROLLRATE_P is written 
 export function pieces(text: string): Piece[] {
   const found: Piece[] = [];
   let done = 0;
+  const alone = !/\p{L}{2}/u.test(text.replace(SYMBOL, (whole, name: string, digit: string, tail: string) => (digit || tail || Object.hasOwn(GREEK, name) ? "" : whole)));
   for (const match of text.matchAll(SYMBOL)) {
     const [whole, name, digit, tail] = match as unknown as [string, string, string, string];
     const greek = Object.hasOwn(GREEK, name) ? GREEK[name]! : undefined;
-    const isSymbol = greek !== undefined || ((name.length <= 2 || tail === "_d") && (digit !== "" || tail !== "") && !UNIT.test(name) && !PARAMETER.test(whole));
+    // In a line without words a letter is a symbol; after a number it is a unit.
+    const letter = alone && whole.length === 1 && !/\d $/.test(text.slice(0, match.index));
+    const isSymbol = greek !== undefined || letter || ((name.length <= 2 || tail === "_d") && (digit !== "" || tail !== "") && !UNIT.test(name) && !PARAMETER.test(whole));
     if (!isSymbol) continue;
     const parts = [digit, ...tail.split("_")].filter(Boolean);
     const accents = parts.map((part) => (Object.hasOwn(ACCENTS, part) ? ACCENTS[part]! : "")).join("");
     const low = parts.filter((part) => !Object.hasOwn(ACCENTS, part)).map((part) => (Object.hasOwn(GREEK, part) ? GREEK[part]! : part));
-    found.push({ text: text.slice(done, match.index) + (greek ?? name) + accents, low: false });
+    found.push({ text: text.slice(done, match.index), low: false }, { text: (greek ?? name) + accents, low: false, symbol: !accents });
     if (low.length) found.push({ text: low.join(" "), low: true });
     done = match.index + whole.length;
   }
@@ -66,13 +71,14 @@ export function prose(text: string): string {
     .replace(/'/g, "’");
 }
 
-/** The same as nodes, subscripts set low. */
+/** The same as nodes: subscripts set low, letters of symbols in elements of their own. */
 export function rich(text: string): Node[] {
   return pieces(text).map((piece) => {
-    if (!piece.low) return document.createTextNode(piece.text);
-    const sub = document.createElement("sub");
-    sub.textContent = piece.text;
-    return sub;
+    if (!piece.low && !piece.symbol) return document.createTextNode(piece.text);
+    const set = document.createElement(piece.low ? "sub" : "i");
+    set.textContent = piece.text;
+    if (/[Α-Ω]/.test(piece.text)) set.className = "upright"; // as formulas set capitals of Greek
+    return set;
   });
 }
 
