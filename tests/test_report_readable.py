@@ -81,6 +81,45 @@ def test_hovering_reads_values_and_a_drag_shows_a_part(report, browsers):
     browsers[False].blank()
 
 
+@needs(CHROMIUM)
+def test_a_phone_shows_the_columns_of_a_figure_below_one_another(report, browsers):
+    (file, told), opened = report, browsers[False].page()
+    opened.set_viewport_size({"width": 1280, "height": 720})
+    opened.goto(file.as_uri())
+    strips = opened.locator(".drawn > svg")
+    wide = [strips.nth(place).bounding_box() for place in range(strips.count())]
+    assert len(wide) == 2
+    assert wide[0]["y"] == wide[1]["y"]
+    assert wide[0]["x"] + wide[0]["width"] == pytest.approx(wide[1]["x"], abs=0.6)
+    opened.set_viewport_size({"width": 360, "height": 720})
+    above, below = (strips.nth(place).bounding_box() for place in range(2))
+    assert above["y"] + above["height"] == pytest.approx(below["y"], abs=0.6)
+    assert (
+        opened.evaluate("(({ scrollWidth, clientWidth }) => scrollWidth - clientWidth)(document.querySelector('.drawn'))") == 0
+    )
+    sizes = opened.evaluate(
+        "[...document.querySelectorAll('.drawn text')].map((one) => parseFloat(one.style.fontSize) * one.getScreenCTM().a)"
+    )
+    assert min(sizes) >= 9.0
+    left, top, width, height = told[1]["box"]
+    from_left, scale = opened.evaluate(
+        "(({ x, width }) => [x, width])(document.querySelectorAll('.drawn > svg')[1].viewBox.baseVal)"
+    )
+    scale = below["width"] / scale
+    ends = told[1]["x"]
+    part = (2.0 - ends["low"]) / (ends["high"] - ends["low"])
+    opened.mouse.move(below["x"] + scale * (left - from_left + part * width), below["y"] + scale * (top + 0.5 * height))
+    read = [float(one) for one in re.findall(r"([\d.]+)\s(?:s|m)\b", opened.locator(".reading").inner_text())]
+    assert read == pytest.approx([2.0, np.exp(-2.0)], rel=0.03)
+    opened.set_viewport_size({"width": 1280, "height": 720})
+    browsers[False].blank()
+
+
+def test_what_is_wider_than_a_phone_and_cannot_be_cut_scrolls():
+    assert 'class="wide"' in markup.strip(0.0, 400.0, 200.0)
+    assert 'class="wide"' not in markup.strip(0.0, 300.0, 200.0)
+
+
 def edges_of(page, name):
     """Left and right of what is drawn under a name, in pixels of the screen."""
     box = page.locator(f"g[id$='{name}'] path").first.bounding_box()

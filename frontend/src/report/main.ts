@@ -8,11 +8,12 @@ const SVG = "http://www.w3.org/2000/svg";
 const CLICK = 5; // points a click may wander
 const NEAR = 12; // points from a curve that is no function of x
 
-for (const svg of document.querySelectorAll<SVGSVGElement>("svg[data-axes]")) listen(svg);
+for (const svg of document.querySelectorAll<SVGSVGElement>("svg[data-axes]")) listen(svg.closest<HTMLElement>(".drawn")!, svg.dataset.axes!);
 
-function listen(svg: SVGSVGElement): void {
-  const panels = (JSON.parse(svg.dataset.axes!) as Told[]).map((told) => new Panel(svg, told));
-  const holder = svg.closest<HTMLElement>(".drawn")!.parentElement!;
+/** drawn: a figure, in one drawing or in strips. axes: what Python says of all of them. */
+function listen(drawn: HTMLElement, axes: string): void {
+  const panels = (JSON.parse(axes) as Told[]).map((told) => new Panel(drawn, told));
+  const holder = drawn.parentElement!;
   const said = made("div", "reading");
   const all = made("button", "whole");
   all.textContent = "Show all";
@@ -22,12 +23,15 @@ function listen(svg: SVGSVGElement): void {
   cross.setAttribute("class", "cross");
   const brush = document.createElementNS(SVG, "rect");
   brush.setAttribute("class", "brush");
-  svg.append(cross, brush);
   let from: { panel: Panel; x: number } | undefined;
 
-  const place = (event: PointerEvent): DOMPoint => new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM()!.inverse());
-  const under = ({ x, y }: DOMPoint): Panel | undefined =>
-    panels.find(({ told: { box } }) => x >= box[0] && x <= box[0] + box[2] && y >= box[1] && y <= box[1] + box[3]);
+  const place = (event: PointerEvent, { svg }: Panel): DOMPoint => new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM()!.inverse());
+  const under = (event: PointerEvent): Panel | undefined =>
+    panels.find((panel) => {
+      const { x, y } = place(event, panel);
+      const { box } = panel.told;
+      return x >= box[0] && x <= box[0] + box[2] && y >= box[1] && y <= box[1] + box[3];
+    });
   const alike = (panel: Panel): Panel[] =>
     panels.filter((one) => one.parts && one.told.x.low === panel.told.x.low && one.told.x.high === panel.told.x.high && one.told.across === panel.told.across);
 
@@ -42,10 +46,11 @@ function listen(svg: SVGSVGElement): void {
     quiet();
   };
 
-  svg.addEventListener("pointermove", (event) => {
-    const at = place(event);
-    const panel = from?.panel ?? under(at);
+  drawn.addEventListener("pointermove", (event) => {
+    const panel = from?.panel ?? under(event);
     if (!panel) return quiet();
+    const at = place(event, panel);
+    panel.svg.append(cross, brush);
     read(panel, at, panel.bar(event.target), said, cross);
     const box = holder.getBoundingClientRect();
     const right = event.clientX - box.left > 0.6 * box.width;
@@ -60,19 +65,18 @@ function listen(svg: SVGSVGElement): void {
     brush.setAttribute("height", String(height));
     brush.setAttribute("width", String(Math.abs(to - from.x)));
   });
-  svg.addEventListener("pointerdown", (event) => {
-    const at = place(event);
-    const panel = under(at);
+  drawn.addEventListener("pointerdown", (event) => {
+    const panel = under(event);
     if (event.pointerType !== "mouse" || event.button !== 0 || !panel?.parts) return;
     event.preventDefault(); // which would mark text
-    svg.setPointerCapture(event.pointerId);
-    from = { panel, x: at.x };
+    drawn.setPointerCapture(event.pointerId);
+    from = { panel, x: place(event, panel).x };
   });
-  svg.addEventListener("pointerup", (event) => {
+  drawn.addEventListener("pointerup", (event) => {
     if (!from) return;
     const { panel, x } = from;
     const [left, , width] = panel.told.box;
-    const to = Math.min(Math.max(place(event).x, left), left + width);
+    const to = Math.min(Math.max(place(event, panel).x, left), left + width);
     from = undefined;
     brush.removeAttribute("width");
     if (Math.abs(to - x) < CLICK) return;
@@ -81,8 +85,8 @@ function listen(svg: SVGSVGElement): void {
     all.hidden = false;
     quiet();
   });
-  svg.addEventListener("pointerleave", quiet);
-  svg.addEventListener("dblclick", whole);
+  drawn.addEventListener("pointerleave", quiet);
+  drawn.addEventListener("dblclick", whole);
   all.addEventListener("click", whole);
 }
 
@@ -107,7 +111,7 @@ function read(panel: Panel, at: DOMPoint, bar: Bar | undefined, said: HTMLElemen
     const x = valueAt(panel.x, Math.min(Math.max((at.x - left) / width, 0), 1));
     rows.push([panel.told.across, x]);
     const unit = /\s*\[[^\]]*\]$/.exec(panel.told.up)?.[0] ?? "";
-    for (const one of panel.curves) rows.push([one.name ? one.name + unit : panel.told.up, interpolated(one, x)]);
+    for (const one of panel.curves) rows.push([one.name ? one.name + unit : panel.told.up, interpolated(panel, one, x)]);
     cross.setAttribute("d", `M${left + width * share(panel.x, x)} ${top}v${height}`);
   } else {
     const near = nearest(panel, at);
@@ -124,8 +128,8 @@ function read(panel: Panel, at: DOMPoint, bar: Bar | undefined, said: HTMLElemen
   said.hidden = false;
 }
 
-function interpolated(curve: Curve, x: number): number {
-  const { x: xs, y: ys } = curve;
+/** What a curve is at x: on the straight line between two of its points as they are drawn. */
+function interpolated({ told }: Panel, { x: xs, y: ys }: Curve, x: number): number {
   if (x < xs[0]! || x > xs[xs.length - 1]!) return Number.NaN;
   let [low, high] = [0, xs.length - 1];
   while (high - low > 1) {
@@ -133,8 +137,9 @@ function interpolated(curve: Curve, x: number): number {
     if (xs[middle]! <= x) low = middle;
     else high = middle;
   }
-  const step = xs[high]! - xs[low]!;
-  return step > 0 ? ys[low]! + ((x - xs[low]!) / step) * (ys[high]! - ys[low]!) : ys[low]!;
+  const [from, to, at] = [xs[low]!, xs[high]!, x].map((one) => share(told.x, one)) as [number, number, number];
+  const [first, last] = [ys[low]!, ys[high]!].map((one) => share(told.y, one)) as [number, number];
+  return to > from ? valueAt(told.y, first + ((at - from) / (to - from)) * (last - first)) : ys[low]!;
 }
 
 function nearest(panel: Panel, at: DOMPoint): { name: string; x: number; y: number; at: [number, number] } | undefined {

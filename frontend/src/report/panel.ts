@@ -43,13 +43,15 @@ const SVG = "http://www.w3.org/2000/svg";
 export class Panel {
   readonly curves: readonly Curve[];
   readonly group: Element;
+  readonly svg: SVGSVGElement; // which it stands in
   private readonly shapes: readonly Shape[];
   x: Axis;
   y: Axis;
   private fresh: Element[] = [];
 
-  constructor(svg: SVGSVGElement, readonly told: Told) {
-    const group = (this.group = found(svg, told.id) ?? svg);
+  constructor(drawn: Element, readonly told: Told) {
+    const group = (this.group = found(drawn, told.id)!);
+    this.svg = group.closest("svg")!;
     this.x = told.x;
     this.y = told.y;
     this.curves = told.curves.flatMap(({ id, name }) => {

@@ -200,7 +200,7 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
     name = f"{FIGURES}/spectra{place}"
     with drawing(SVG):
         sheet = new_figure(SVG, COLUMN, 2.8)
-        sheet.subplots_adjust(0.08, 0.18, 0.99, 0.8, 0.08)
+        sheet.subplots_adjust(0.08, 0.18, 0.99, 0.9, 0.3)
         first: Axes | None = None
         for axis, turn in enumerate(AXES):
             panel = sheet.add_subplot(1, 3, axis + 1, sharey=first)
@@ -216,10 +216,8 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
             panel.set_xlabel("frequency [Hz]")
             if first is None:
                 first = panel
-                panel.set_ylabel("°/s per √Hz")
-                sheet.legend(*panel.get_legend_handles_labels(), loc="upper right", ncols=3)
-            else:
-                panel.tick_params(labelleft=False)
+                panel.legend(loc="lower left")
+            panel.set_ylabel("°/s per √Hz")
         write_figure(sheet, out / name, SVG)
     return Figure(name, "Spectra of the rates and of what predictions miss of them: the vehicle explains a frequency as far "
                         "as the residual is below the measurement.")  # fmt: skip

@@ -19,7 +19,7 @@ from quadstep.linear.transfer import Complex
 from quadstep.metrics.registry import at_rest
 from quadstep.report.axes import CLEAR, Powers, crossed, plain
 from quadstep.report.canvas import LETTER, LINES, drawing, margins, new_figure, write
-from quadstep.report.sheet import Sheet
+from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.units import listed
 
 MARGIN_HEADER = ("", "gain up [dB]", "gain down [dB]", "phase [°]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
@@ -179,9 +179,9 @@ MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
 def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
     """Magnitude [dB] and phase [°] of L over frequency."""
     with drawing(sheet):
-        figure = new_figure(sheet, 8.0, 4.4, 3.6)
+        figure = new_figure(sheet, PHONE, 4.4, 3.6)
         above, below = figure.subplots(2, 1, sharex=True)
-        margins(figure, sheet, 0.09, 0.115, 0.98, 0.97, 0.2, 0.08)
+        margins(figure, sheet, 0.17, 0.115, 0.965, 0.97, 0.2, 0.08)
         for i, channel in enumerate(shown.channels):
             size = 20.0 * np.log10(np.maximum(np.abs(shown.loop[:, i]), 1e-12))
             phase = np.degrees(np.unwrap(np.angle(shown.loop[:, i])))
@@ -257,9 +257,9 @@ def mark(axes: Axes, place: int, at: float, line: float, end: float, text: str) 
 def draw_nyquist(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
     """L in the complex plane around -1, with the unit circle, on which only the phase differs from -1."""
     with drawing(sheet):
-        figure = new_figure(sheet, 8.0, 4.1, 3.4)
+        figure = new_figure(sheet, PHONE, 4.1, 3.4)
         axes = figure.subplots()
-        margins(figure, sheet, 0.08, 0.115, 0.98, 0.97)
+        margins(figure, sheet, 0.15, 0.115, 0.965, 0.97)
         turn = np.linspace(0.0, 2.0 * math.pi, 361)
         axes.plot(np.cos(turn), np.sin(turn), color="0.6", linewidth=0.8)
         for i, channel in enumerate(shown.channels):
@@ -284,9 +284,9 @@ SETTLINGS = 2.5
 def draw_steps(path: Path, steps: Sequence[StepResponse], sheet: Sheet) -> None:
     """Response of each stepped quantity to its step of the path."""
     with drawing(sheet):
-        figure = new_figure(sheet, 8.0, 3.0, 2.8)
+        figure = new_figure(sheet, PHONE, 3.0, 2.8)
         axes = figure.subplots()
-        margins(figure, sheet, 0.08, 0.17, 0.98, 0.96)
+        margins(figure, sheet, 0.15, 0.17, 0.965, 0.96)
         for i, step in enumerate(steps):
             axes.plot(step.t, step.value, label=f"{step.name} [{step.unit}]", **LINES[i % len(LINES)])
         axes.axhline(1.0, color="0.5", linewidth=0.8)
@@ -302,9 +302,9 @@ def draw_steps(path: Path, steps: Sequence[StepResponse], sheet: Sheet) -> None:
 def draw_over(path: Path, label: str, at: Array, loops: Sequence[Analysis], sheet: Sheet) -> None:
     """Phase, delay and disk margins of each channel over time, or over the draws as points, those of a draw side by side."""
     with drawing(sheet):
-        figure = new_figure(sheet, 8.0, 4.4, 4.4)
+        figure = new_figure(sheet, PHONE, 4.4, 4.4)
         grid = figure.subplots(len(MEASURES), 1, sharex=True)
-        margins(figure, sheet, 0.09, 0.115, 0.98, 0.935, 0.2, 0.1)
+        margins(figure, sheet, 0.17, 0.115, 0.965, 0.935, 0.2, 0.1)
         for axes, (title, of) in zip(grid, MEASURES, strict=True):
             for i, channel in enumerate(loops[0].channels):
                 values = np.array([of(one.margins[i]) for one in loops])

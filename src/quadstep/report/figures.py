@@ -25,7 +25,7 @@ from quadstep.report.canvas import (
     write,
 )
 from quadstep.report.panel import ASKED_FOR, LOG, SIGNED_LOG, STACKED, Panel, Track
-from quadstep.report.sheet import COLUMN, Sheet
+from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.units import ANGLES, handy, label, of_angle, prefixed, prose
 
 Numbers = NDArray[np.float64]
@@ -178,7 +178,7 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
     """Panels over a shared time axis, filled column by column, with margins in inches."""
     columns = sheet.side_by_side(columns)
     rows = -(-len(panels) // columns)
-    width = sheet.inches(min(3.2 + 3.6 * columns, COLUMN))
+    width = sheet.inches(COLUMN if columns > 1 else PHONE)
     tight = sheet.width is not None
     left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.75, 0.83, 0.6)
     across = (width - left - RIGHT - between * (columns - 1)) / columns
@@ -226,9 +226,10 @@ DECADES = 20.0
 def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
     views = track.views
     narrow = bool(views) and sheet.side_by_side(1 + len(views), 2.2) < 1 + len(views)
-    figure = new_figure(sheet, COLUMN, 2.4 if views else 1.7, 3.8 if narrow else 2.6 if views else 1.7)
+    width = (PHONE, 6.8, COLUMN)[len(views)]
+    figure = new_figure(sheet, width, 2.4 if views else 1.7, 3.8 if narrow else 2.6 if views else 1.7)
     *seen_from, errors = track_axes(figure, len(views), narrow)
-    margins(figure, sheet, 0.085, 0.195 if views else 0.27, 0.985, 0.88 if views else 0.96, 0.36)
+    margins(figure, sheet, 0.68 / width, 0.195 if views else 0.27, 1.0 - 0.12 / width, 0.88 if views else 0.96, 0.36)
     seen = track.distance > 0.0
     unit, factor = handy("m", float(track.distance.max()))
     if seen.any() and track.distance.max() > DECADES * np.quantile(track.distance[seen], 0.05):
@@ -265,7 +266,7 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
 def track_axes(figure: Figure, views: int, narrow: bool) -> list[Axes]:
     """The axes of the views, that from above, which a phone shows first, and the error; narrow: below them."""
     if not narrow:
-        return [*figure.subplots(1, 1 + views, width_ratios=[*[1.0] * views, 3.9 - 1.2 * views], squeeze=False)[0]]
+        return [*figure.subplots(1, 1 + views, width_ratios=[*[1.0] * views, 2.6 - 0.55 * views], squeeze=False)[0]]
     above, below = figure.subfigures(2, 1, squeeze=False)[:, 0]
     return [*above.subplots(1, views, squeeze=False)[0], below.subplots()]
 

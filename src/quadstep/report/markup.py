@@ -9,16 +9,18 @@ Headings make the contents. Numbers are written by `units.py`, names as symbols 
 """
 
 import base64
+import json
 import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import cache
-from html import escape
+from html import escape, unescape
 from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.io import __version__
 from quadstep.report.colours import STYLE, themed
+from quadstep.report.sheet import PHONE
 from quadstep.report.units import rich, unbroken
 
 FONTS = Path(str(files("quadstep.report").joinpath("fonts")))
@@ -45,6 +47,8 @@ LOGO = (
     'cy="6" r="4"/><circle cx="18" cy="6" r="4"/><circle cx="6" cy="18" r="4"/><circle cx="18" cy="18" r="4"/></svg>'
 )
 HEIGHT = re.compile(r'<svg [^>]*height="([\d.]+)pt"')
+STRIPS = re.compile(r' data-strips="([^"]*)"')
+SIZE = re.compile(r'width="[\d.]+pt" height="[\d.]+pt" viewBox="[^"]*"')
 TALL = 325.0
 """Points of a figure's height above which it may fill a page of paper; others fill a third of one at most."""
 
@@ -184,7 +188,7 @@ def figure(path: Path, caption: str, set_as: Callable[[str], str] = rich) -> str
     svg, png = (path.with_name(f"{name}.{ending}") for ending in ("svg", "png"))
     if svg.is_file():
         text = svg.read_text(encoding="utf-8")
-        drawing = text[text.index("<svg") :]
+        drawing = in_strips(text[text.index("<svg") :])
         for mark in ('id="', 'href="#', "url(#"):
             drawing = drawing.replace(mark, f"{mark}{name}-")
         return inline_figure(themed(drawing), caption, set_as)
@@ -192,6 +196,28 @@ def figure(path: Path, caption: str, set_as: Callable[[str], str] = rich) -> str
         data = base64.b64encode(png.read_bytes()).decode()
         return inline_figure(f'<img alt="" src="data:image/png;base64,{data}">', caption, set_as)
     return note(f"{caption}: drawn in {name}.pdf.")
+
+
+def in_strips(drawing: str) -> str:
+    """A drawing as one for each of its strips (`report/told.py`), which a phone shows below one another."""
+    told = STRIPS.search(drawing)
+    if told is None:
+        return drawing
+    (left, wide, high, _), *others = json.loads(unescape(told[1]))
+    first, more = SIZE.sub(strip(left, wide, high), STRIPS.sub("", drawing), count=1), ""
+    for left, wide, high, names in others:
+        parts = [re.search(rf'(?ms)^  <g id="{name}">$.*?^  </g>$', first) for name in names]
+        drawn = [part[0] for part in parts if part]
+        for one in drawn:
+            first = first.replace(one, "", 1)
+        more += f"<svg {strip(left, wide, high)}>{''.join(drawn)}</svg>"
+    return first + more
+
+
+def strip(left: float, wide: float, high: float) -> str:
+    """The attributes of an SVG that shows this part of a drawing [pt]."""
+    kind = ' class="wide"' if wide > 72.0 * PHONE + 1.0 else ""
+    return f'width="{wide}pt" height="{high}pt" viewBox="{left} 0 {wide} {high}" style="--wide: {wide}"{kind}'
 
 
 def inline_figure(drawing: str, caption: str, set_as: Callable[[str], str] = rich) -> str:

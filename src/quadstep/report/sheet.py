@@ -18,6 +18,11 @@ NARROWEST, WIDEST = 40.0, 1000.0
 COLUMN = 8.0
 """Width of a report's column [in]: what is no wider has text of 7 pt and more when the report is printed on A4."""
 
+PHONE = 4.19
+"""Width [in] of what a phone of 360 pixels shows whole with words of 9 pixels: of figures that are one column of axes, and the
+most of a part of a figure that it shows below the others.
+"""
+
 OURS = frozenset((
     "backend", "backend_fallback", "interactive", "toolbar", "docstring.hardcopy", "figure.hooks", "figure.autolayout",
     "figure.constrained_layout.use", "text.usetex", "text.parse_math",

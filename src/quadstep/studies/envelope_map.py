@@ -27,7 +27,7 @@ from quadstep.metrics.statistics import Estimate, share
 from quadstep.mission.fields import label, words
 from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing, write
-from quadstep.report.sheet import Sheet
+from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
 from quadstep.report.units import metric, percent, quantity
 from quadstep.studies.campaign.draws import draw
@@ -194,11 +194,11 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Ma
     """Write `path` in the sheet's formats. links: where flights of cells can be seen, by the cell's number."""
     campaign, (count, _, _) = request.campaign, request.shape
     mission = check_mission(campaign.content, campaign.source, campaign.folder)
-    columns = sheet.side_by_side(2 if count == 4 else min(count, 3), 2.0)
+    columns = 1 if sheet.width is None else sheet.side_by_side(2 if count == 4 else min(count, 3), 2.0)
     rows = -(-count // columns)
     norm = scale(cells)
     with drawing(sheet, {"axes.grid": False, "hatch.linewidth": 0.6}):
-        width = sheet.inches(1.6 + 3.6 * columns)
+        width = sheet.inches(PHONE)
         figure = Figure(figsize=(width, 1.2 + 0.86 * rows * (width - 1.6) / columns), layout="constrained")
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for place, axes in enumerate(grid.flat):

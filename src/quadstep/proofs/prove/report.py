@@ -21,7 +21,7 @@ from quadstep.proofs.prove.sampled import Array
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.report import canvas, markup, units
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
-from quadstep.report.sheet import COLUMN, Sheet
+from quadstep.report.sheet import COLUMN, PHONE, Sheet
 
 
 class VerdictKind(IntEnum):
@@ -156,8 +156,8 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
         if traced is not None and len(traced.time) > 1:
             sample, axis = np.unravel_index(np.argmax(traced.bound), traced.bound.shape)
             caption = (
-                "Left: the position error of the mission's own flight, in a band that contains every flight. Right: half the "
-                f"width of that band; it is largest along {traced.axes[axis]}, {millimetres(float(traced.bound.max()))} mm at "
+                "The position error of the mission's own flight, in a band that contains every flight, and half the width of "
+                f"that band; it is largest along {traced.axes[axis]}, {millimetres(float(traced.bound.max()))} mm at "
                 f"{units.quantity(float(traced.time[sample]), 's')}."
             )
             drawn = [Figure("tube", caption)]
@@ -230,7 +230,7 @@ def tube(traced: TubeRecord) -> Drawing:
 
 def widths(traced: TubeRecord) -> Drawing:
     """The widest box of each quantity, on a logarithmic scale."""
-    figure = Drawing(figsize=(COLUMN, 2.5), layout="constrained")
+    figure = Drawing(figsize=(PHONE, 3.4), layout="constrained")
     panel = figure.subplots()
     names, boxes = quantities(traced)
     order = [place for place in np.argsort(-boxes.max(axis=0), kind="stable") if boxes[:, place].max() > 0.0][:LARGEST]
@@ -240,7 +240,7 @@ def widths(traced: TubeRecord) -> Drawing:
     panel.set_yscale("log")
     panel.set_xlabel("time [s]")
     panel.set_ylabel("half-width, SI units")
-    for text in figure.legend(loc="outside right upper").get_texts():
+    for text in figure.legend(loc="outside upper left").get_texts():
         text.set_parse_math(True)
     return figure
 

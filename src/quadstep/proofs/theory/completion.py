@@ -162,29 +162,29 @@ def draw_map(folder: Path, cells: list[GridFlight]) -> None:
     with drawing(Sheet(), {"axes.grid": False}):
         flown = {(cell.nets, cell.scale) for cell in cells if cell.rmse is not None}
         blocks = [(nets, scale) for nets in (True, False) for scale in SCALES if (nets, scale) in flown]
-        figure = Drawing(figsize=(2.6 * len(LAWS), 2.0 * len(blocks)))
+        figure = Drawing(figsize=(2.75 * len(LAWS), 2.2 * len(blocks)))
         grid = figure.subplots(len(blocks), len(LAWS), squeeze=False)
-        figure.subplots_adjust(0.09, 0.045, 0.995, 0.94, 0.06, 0.3)
+        figure.subplots_adjust(0.07, 0.045, 0.995, 0.965, 0.4, 0.45)
         for row, (nets, scale) in enumerate(blocks):
             for axes, law in zip(grid[row], LAWS, strict=True):
                 draw_block(axes, [[found[(*inner, t, scale, nets, law)].rmse for t in TIMES] for inner in INNER_LOOPS])
-                axes.set_title(law)
-                axes.set_yticks([])
+                axes.set_title(f"{law}\nnets {'on' if nets else 'off'}, scale {scale:g}")
                 axes.set_xticks(range(len(TIMES)), [f"{t:g}" for t in TIMES])
-            grid[row][0].set_title(f"{PAPER}; nets {'on' if nets else 'off'}, scale {scale:g}")
-            grid[row][0].set_yticks(range(len(INNER_LOOPS)), [f"{k:g}, {s:g}" for k, s in INNER_LOOPS])
-            grid[row][0].set_ylabel(f"{label('K_r2')} [N m s], {label('Lambda2')} [1/s]", parse_math=True)
+                axes.set_yticks(range(len(INNER_LOOPS)), [f"{k:g}, {s:g}" for k, s in INNER_LOOPS])
+                axes.set_ylabel(f"{label('K_r2')} [N m s], {label('Lambda2')} [1/s]", parse_math=True)
         for axes in grid[-1]:
             axes.set_xlabel(label("t_f") + " [s]", parse_math=True)
-        figure.text(0.01, 0.975, "Position RMSE [mm]; x: lost. Case 1's path in t_f, then 5 s at its end", fontsize=11)
         write(figure, folder / "completion", Sheet())
 
 
 def draw_block(axes: Axes, block: list[list[float | None]]) -> None:
-    """One table of cells on a logarithmic grey scale, numbers written in."""
+    """One table of cells on a logarithmic grey scale, numbers written in; of none, what there is to say."""
     levels = np.array([[np.nan if v is None else np.log10(1e3 * v) for v in row] for row in block])
     axes.imshow(levels, cmap="Greys", vmin=LIGHTEST, vmax=DARKEST + 1.5, aspect="auto")
     axes.tick_params(length=0)
+    if np.isnan(levels).all():
+        axes.text(0.5, 0.5, "all flights lost", transform=axes.transAxes, ha="center", va="center")
+        return
     for i, row in enumerate(block):
         for j, value in enumerate(row):
             text = "x" if value is None else f"{1e3 * value:.2g}" if value < 0.1 else f"{1e3 * value:.0f}"
@@ -272,8 +272,8 @@ STATED = (
     "a term of the bound that some closed loop needs; above 0.9 the statement fails with 0.9 of any term."
 )
 MAPPED = (
-    "Position RMSE; x: lost. Scales and nets with which every flight is lost are not drawn. The completed laws fly where the "
-    "paper's is lost."
+    "Position RMSE [mm]; x: lost. Case 1's path in t_f, then 5 s at its end. Scales and nets with which every flight is lost "
+    "are not drawn. The completed laws fly where the paper's is lost."
 )
 SEEN = "The theorem on closed loops, random and sought out"
 

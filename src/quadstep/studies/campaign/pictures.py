@@ -15,7 +15,7 @@ from quadstep.report import units
 from quadstep.report.axes import CLEAR, STEPS, Powers, plain_decades
 from quadstep.report.canvas import drawing, margins, new_figure, wrapped, write
 from quadstep.report.colours import COLOURS
-from quadstep.report.sheet import COLUMN, Sheet
+from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.studies.campaign.varied import Bins, spans_decades
 
 Numbers = NDArray[np.float64]
@@ -44,10 +44,10 @@ def draw_distributions(path: Path, metrics: Sequence[PlottedMetric], flights: in
     """Above, a histogram of each metric; below, the share of all flights that are worse, including those that ended early."""
     with drawing(sheet):
         columns = sheet.side_by_side(len(metrics), 2.2)
-        rows, width = -(-len(metrics) // columns), min(0.4 + 4.3 * columns, COLUMN)
+        rows, width = -(-len(metrics) // columns), COLUMN if columns > 1 else PHONE
         figure = new_figure(sheet, width, 4.4 * rows, 4.0 * rows)
         grid = figure.subplots(2 * rows, columns, squeeze=False)
-        margins(figure, sheet, 0.75 / width, 0.5 / rows / 4.4, 0.985, 1.0 - 0.28 / rows / 4.4, 0.24, 0.1)
+        margins(figure, sheet, 0.75 / width, 0.5 / rows / 4.4, 0.985, 1.0 - 0.28 / rows / 4.4, 0.32, 0.1)
         pairs = [(grid[2 * row, column], grid[2 * row + 1, column]) for row in range(rows) for column in range(columns)]
         for place, (above, below) in enumerate(pairs):
             if place >= len(metrics):
@@ -57,9 +57,8 @@ def draw_distributions(path: Path, metrics: Sequence[PlottedMetric], flights: in
             above.sharex(below)
             above.tick_params(labelbottom=False)
             draw_metric(above, below, metrics[place], flights)
-            if place % columns == 0:
-                above.set_ylabel("flights")
-                below.set_ylabel("share of all flights that are worse" if sheet.width is None else "share worse")
+            above.set_ylabel("flights")
+            below.set_ylabel("share of all flights that are worse" if sheet.width is None else "share worse")
         write(figure, path, sheet)
 
 
@@ -118,7 +117,7 @@ def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, N
     with drawing(sheet):
         count = 2 if timed else 1
         columns, height = sheet.side_by_side(count, 3.0), 1.0 + 0.42 * max(len(outcomes), 4)
-        width = COLUMN if timed else 5.4
+        width = COLUMN if timed else PHONE
         figure = new_figure(sheet, width, height, 0.8 * height * count / columns)
         axes = figure.subplots(count // columns, columns, squeeze=False).ravel()
         margins(figure, sheet, 1.6 / width, 0.55 / height, 0.97, 0.94, 0.5)
@@ -157,10 +156,11 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
     explained = list(dict.fromkeys(name for found in ranking.values() for name in found))
     with drawing(sheet):
         height = 0.9 + 0.24 * len(ranking) * (len(explained) + 0.5)
-        figure = new_figure(sheet, COLUMN, height)
+        figure = new_figure(sheet, PHONE, height)
         axes = figure.subplots()
-        widest = max(len(key) for key in ranking)
-        margins(figure, sheet, min(0.45, 0.03 + 0.0095 * widest), 0.45 / height, 0.97, 1.0 - 0.32 / height)
+        names = [wrapped(key, 0.4 * sheet.inches(PHONE), rcParams["font.size"]) for key in ranking]
+        widest = max(len(line) for name in names for line in name.split("\n"))
+        margins(figure, sheet, min(0.45, 0.06 + 0.019 * widest), 0.45 / height, 0.97, 1.0 - 0.32 / height)
         step = len(explained) + 0.5
         for place, (name, colour) in enumerate(zip(explained, ("0.35", "white"), strict=False)):
             rows = [i * step + place for i in range(len(ranking))]
@@ -179,14 +179,10 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
                 axes.text(
                     100.0 * one.high + 0.6, row, units.percent(one.value), va="center", fontsize=rcParams["legend.fontsize"]
                 )
-        axes.set_yticks([i * step + 0.5 * (len(explained) - 1) for i in range(len(ranking))], list(ranking))
+        axes.set_yticks([i * step + 0.5 * (len(explained) - 1) for i in range(len(ranking))], names)
         axes.set_ylim(len(ranking) * step - 1.0, -0.8)
         axes.set_xlim(0.0, min(112.0, 8.0 + 108.0 * max(one.high for found in ranking.values() for one in found.values())))
-        axes.set_xlabel(
-            "share of the variance that this key explains by itself [%], with its 95 % interval"
-            if sheet.inches(8.4) > 5.0
-            else "share of the variance [%], 95 % interval"
-        )
+        axes.set_xlabel("share of the variance [%], 95 % interval")
         axes.grid(axis="y", visible=False)
         if sheet.width is None:
             axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)

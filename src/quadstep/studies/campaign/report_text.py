@@ -122,7 +122,7 @@ def ended(summary: CampaignSummary) -> dict[str, int]:
 def most_often(summary: CampaignSummary) -> str:
     """What to see of how the flights ended."""
     name, count = max(ended(summary).items(), key=lambda one: one[1])
-    early = " Right: the times [s] at which flights were lost." if len(summary.outcomes.keys() - {OUTCOMES[0]}) else ""
+    early = " The second part: when flights were lost." if len(summary.outcomes.keys() - {OUTCOMES[0]}) else ""
     return f"Most often, in {count} of {units.counted(summary.flights, 'flight')}: {name}.{early}"
 
 
@@ -142,8 +142,8 @@ def over_key(key: str, shown: ByKey) -> str:
     """What to see of the flights over a key."""
     shares = list(dict.fromkeys(units.percent(edge(one.value for one in shown.good.values())) for edge in (min, max)))
     return (
-        f"Over {key}, {' to '.join(shares)} of a group's flights succeed (left, lines: 95 % intervals). Right: the position "
-        "RMSE of those that complete, its median (line) and its middle 80 % (band)."
+        f"Over {key}, {' to '.join(shares)} of a group's flights succeed (vertical lines: 95 % intervals). The second "
+        "part: the position RMSE of those that complete, its median (line) and its middle 80 % (band)."
     )
 
 

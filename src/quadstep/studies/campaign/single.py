@@ -27,7 +27,7 @@ from quadstep.report.canvas import drawing, margins, new_figure, write
 from quadstep.report.evidence import Evidence
 from quadstep.report.progress import Progress
 from quadstep.report.publish import publishing
-from quadstep.report.sheet import COLUMN, Sheet
+from quadstep.report.sheet import PHONE, Sheet
 from quadstep.studies.campaign.pictures import LIMIT, LINE, PlottedMetric, logarithmic
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.single_flight import Replay, replay
@@ -137,9 +137,9 @@ def draw_points(
     if not seen.any():
         return False
     with drawing(sheet, {"path.simplify": False}):  # which leaves out points
-        figure = new_figure(sheet, COLUMN, 3.6, 4.4)
+        figure = new_figure(sheet, PHONE, 3.6, 4.4)
         axes = figure.subplots()
-        margins(figure, sheet, 0.09, 0.14, 0.98, 0.97)
+        margins(figure, sheet, 0.16, 0.14, 0.965, 0.97)
         x, y = (scaled(axes, which, metric, seen) for which, metric in zip("xy", metrics, strict=True))
         for name, chosen, marker, colour in (("completed", ~lost, "o", "0.6"), ("ended early", lost, "x", LIMIT)):
             if (seen & chosen).any():  # a line without width is what the script of reports reads points off

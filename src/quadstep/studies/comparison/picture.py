@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from quadstep.report.axes import plain_decades
-from quadstep.report.canvas import drawing, legend_columns, write
+from quadstep.report.canvas import drawing, legend_columns, wrapped, write
 from quadstep.report.colours import CURVES
-from quadstep.report.sheet import COLUMN, Sheet
+from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
 from quadstep.studies.comparison.answer import unit_of
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
@@ -46,7 +46,7 @@ def draw_vehicle(path: Path, results: Comparison, vehicle: str, sheet: Sheet) ->
     unit = unit_of(results.metrics[results.metric])
     with drawing(sheet):
         height = 1.1 + group * len(situations) + 0.2 * math.ceil(len(names) / 4)
-        figure = Figure(figsize=(sheet.inches(COLUMN), height), layout="constrained")
+        figure = Figure(figsize=(sheet.inches(PHONE), height), layout="constrained")
         axes = figure.add_subplot()
         for row, situation in enumerate(situations):
             axes.annotate(
@@ -65,7 +65,8 @@ def draw_vehicle(path: Path, results: Comparison, vehicle: str, sheet: Sheet) ->
         axes.set_ylim(-len(situations) * group + 0.5 * BETWEEN, BETWEEN)
         axes.grid(visible=False, axis="y")
         scaled(axes)
-        axes.set_xlabel(f"{title(results.metrics[results.metric])}: median with 95 % interval, line to the {results.high}")
+        says = f"{title(results.metrics[results.metric])}: median with 95 % interval, line to the {results.high}"
+        axes.set_xlabel(wrapped(says, 0.9 * figure.get_figwidth(), rcParams["font.size"]))
         figure.legend(loc="outside upper left", ncols=legend_columns(figure.get_figwidth(), list(names), 4))
         write(figure, path, sheet)
 

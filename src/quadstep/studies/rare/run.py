@@ -20,7 +20,7 @@ from quadstep.report.canvas import drawing, margins, new_figure, write
 from quadstep.report.colours import COLOURS
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.progress import Count
-from quadstep.report.sheet import COLUMN, Sheet
+from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.units import listed, metric
 from quadstep.studies.campaign.pictures import logarithmic
 from quadstep.studies.campaign.run import CampaignRequest
@@ -149,10 +149,10 @@ def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> No
     names = list(dict.fromkeys(event.failure for one in pieces for event in one.events))
     with drawing(sheet):
         columns = sheet.side_by_side(len(names), 2.4)
-        rows, width = -(-len(names) // columns), min(0.6 + 4.2 * columns, COLUMN)
+        rows, width = -(-len(names) // columns), COLUMN if columns > 1 else PHONE
         figure = new_figure(sheet, width, 3.0 * rows, 3.0 * rows)
         figure.subplots(rows, columns, squeeze=False, sharey=True)
-        margins(figure, sheet, 0.75 / width, 0.17 / rows, 0.97, 1.0 - 0.1 / rows, 0.12, 0.3)
+        margins(figure, sheet, 0.75 / width, 0.17 / rows, 0.97, 1.0 - 0.1 / rows, 0.26, 0.3)
         for place, axes in enumerate(figure.axes):
             if place >= len(names):
                 axes.set_axis_off()
@@ -160,7 +160,8 @@ def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> No
             draw_event(axes, names[place], pieces)
             logarithmic(axes, "y")
             axes.set_title(f"Failures: {names[place].replace(', above', ', but above')}")
-            axes.set_ylabel("" if place % columns else "probability")
+            axes.set_ylabel("probability")
+            axes.tick_params(labelleft=True)
         write(figure, path, sheet)
 
 

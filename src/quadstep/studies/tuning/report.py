@@ -17,7 +17,7 @@ from quadstep.report.canvas import LINES, drawing, legend_columns, margins, new_
 from quadstep.report.colours import COLOURS
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
-from quadstep.report.sheet import COLUMN, Sheet
+from quadstep.report.sheet import PHONE, Sheet
 from quadstep.studies.tuning.gains import TunedGain
 from quadstep.studies.tuning.ground import TuningRequest
 from quadstep.studies.tuning.objective import AGGREGATES, NEGLIGIBLE, UNCHANGED, Compared, Row, certain_sign
@@ -198,9 +198,12 @@ def shares(compared: Compared) -> list[str]:
 def draw_search(path: Path, request: TuningRequest, result: SearchResult, sheet: Sheet) -> None:
     """Write `path` in the sheet's formats."""
     with drawing(sheet):
-        figure = new_figure(sheet, COLUMN, 4.2, 4.2)
+        rows = len(request.gains)  # of the legend of the gains, at most
+        height = 3.9 + 0.16 * rows
+        figure = new_figure(sheet, PHONE, height, 4.2)
         top, bottom = figure.subplots(2, 1, sharex=True)
-        margins(figure, sheet, 0.1, 0.115, 0.975, 0.91, 0.2, 0.3)
+        inner = 0.5 * (height - 1.3 - 0.16 * rows)
+        margins(figure, sheet, 0.18, 0.48 / height, 0.955, 1.0 - 0.55 / height, 0.2, (0.27 + 0.16 * rows) / inner)
         draw_objective(top, result)
         draw_gains(bottom, request, result)
         for axes, most in ((top, 3), (bottom, 4)):
