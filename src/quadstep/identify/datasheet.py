@@ -7,9 +7,9 @@ from pydantic import BeforeValidator, Field
 
 from quadstep.io.documents import read_toml
 from quadstep.mission.check import check
-from quadstep.mission.fields import Name, NonNegative, Positive, PositiveTriple, Quantity, Section, as_tuple
+from quadstep.mission.fields import Name, NonNegative, Positive, PositiveTriple, Quantity, Section, Several, as_tuple
 
-Column = Annotated[tuple[NonNegative, ...], BeforeValidator(as_tuple), Field(max_length=1000)]
+Column = Annotated[Several[NonNegative], Field(max_length=1000)]
 FEWEST_POINTS = 3
 
 Diameter = Annotated[Positive, Field(ge=0.01, le=100.0)]

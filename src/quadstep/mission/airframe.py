@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
 
-from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from quadstep.interfaces.plant import MARGIN, Model
 from quadstep.mission.airframe_tables import (
@@ -19,7 +19,7 @@ from quadstep.mission.airframe_tables import (
     ResidualSection,
     RotorSection,
 )
-from quadstep.mission.fields import Finite, Positive, PositiveTriple, Quantity, Section, as_tuple, check_rigid
+from quadstep.mission.fields import Finite, Positive, PositiveTriple, Quantity, Section, Several, check_rigid
 from quadstep.mission.presets import completed
 from quadstep.numbers import Number, cos, maximum, sin, total
 from quadstep.vehicle.airframe_plant import NO_DRAG, Airframe, hover_drag
@@ -95,7 +95,7 @@ class AirframeSection(Section):
         Quantity("", "arrangement of the rotors, with arm; or give a list of rotors"),
     ] = None
     arm: Annotated[Positive | None, Quantity("m", "distance from the centre of gravity to each rotor")] = None
-    rotors: Annotated[tuple[MountSection, ...], BeforeValidator(as_tuple)] = ()
+    rotors: Several[MountSection] = ()
     rotor: RotorSection
     drag: DragSection = DragSection()
     battery: BatterySection | None = None
@@ -110,9 +110,7 @@ class AirframeSection(Section):
     ] = None
     effects: EffectsSection = EffectsSection()
     undetermined: Annotated[
-        tuple[str, ...],
-        BeforeValidator(as_tuple),
-        Quantity("", "keys that the flights from which the vehicle was identified do not determine"),
+        Several[str], Quantity("", "keys that the flights from which the vehicle was identified do not determine")
     ] = ()
     identified_from: Annotated[dict[str, str], Quantity("", "marks of the flights it was identified from, by name")] = Field(
         default_factory=dict

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from quadstep.mission.fields import (
     Coefficient,
@@ -14,9 +14,9 @@ from quadstep.mission.fields import (
     PositiveCoefficient,
     Quantity,
     Section,
+    Several,
     Share,
     Triple,
-    as_tuple,
 )
 from quadstep.numbers import Vector, matrix
 from quadstep.vehicle.airframe_plant import INPUTS, OUTPUTS, Residual
@@ -149,29 +149,16 @@ class PredictionSection(Section):
     steepest: Annotated[Positive, Quantity("", "tangent of the largest tilt for the setpoint")] = 0.5
 
 
-def as_nested(value: object) -> object:
-    return tuple(map(as_tuple, value)) if isinstance(value, list | tuple) else value
-
-
 class ResidualSection(Section):
     """Weights of a small network for accelerations that the laws do not explain (`quadstep.vehicle.airframe_plant`).
 
     Shapes: (hidden, 7), (hidden), (6, hidden), (6).
     """
 
-    inputs: Annotated[
-        tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested), Quantity("", "input weights, one row per neuron")
-    ]
-    biases: Annotated[
-        tuple[Finite, ...],
-        BeforeValidator(as_tuple),
-        Field(min_length=1, max_length=64),
-        Quantity("", "biases of the neurons"),
-    ]
-    outputs: Annotated[
-        tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested), Quantity("", "output weights, one row per output")
-    ]
-    offsets: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Quantity("", "offsets of the outputs")]
+    inputs: Annotated[Several[Several[Finite]], Quantity("", "input weights, one row per neuron")]
+    biases: Annotated[Several[Finite], Field(min_length=1, max_length=64), Quantity("", "biases of the neurons")]
+    outputs: Annotated[Several[Several[Finite]], Quantity("", "output weights, one row per output")]
+    offsets: Annotated[Several[Finite], Quantity("", "offsets of the outputs")]
 
     def model_post_init(self, context: object) -> None:
         hidden = len(self.biases)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 
-from quadstep.mission.fields import Finite, Positive, Quantity, Section, as_tuple, dotted
+from quadstep.mission.fields import Finite, Positive, Quantity, Section, Several, dotted
 from quadstep.numbers import Number, exp, log, maximum, minimum, total
 from quadstep.numbers.functions import evenly_spaced
 from quadstep.numbers.noise import inverse_normal, probability
@@ -106,14 +106,10 @@ class Choice(Section):
 
     type: Literal["choice"]
     values: Annotated[
-        tuple[object, ...],
-        BeforeValidator(as_tuple),
-        Field(min_length=1, max_length=MOST_OPTIONS),
-        Quantity("", "any values that the key accepts"),
+        Several[object], Field(min_length=1, max_length=MOST_OPTIONS), Quantity("", "any values that the key accepts")
     ]
     weights: Annotated[
-        Annotated[tuple[Annotated[float, Field(ge=0.0)], ...], BeforeValidator(as_tuple)] | None,
-        Quantity("", "relative probabilities; default: equal"),
+        Several[Annotated[float, Field(ge=0.0)]] | None, Quantity("", "relative probabilities; default: equal")
     ] = None
 
     def model_post_init(self, context: object) -> None:
@@ -139,8 +135,7 @@ class Grid(Section):
 
     type: Literal["grid"]
     values: Annotated[
-        Annotated[tuple[object, ...], BeforeValidator(as_tuple), Field(max_length=MOST_OPTIONS)] | None,
-        Quantity("", "the values, one by one"),
+        Annotated[Several[object], Field(max_length=MOST_OPTIONS)] | None, Quantity("", "the values, one by one")
     ] = None
     low: Annotated[Finite | None, Quantity("", "or: first value")] = None
     high: Annotated[Finite | None, Quantity("", "last value")] = None
@@ -172,27 +167,15 @@ def within(x: Number, low: float | None, high: float | None) -> Number:
     return x if high is None else minimum(x, high)
 
 
-def as_rows(rows: object) -> object:
-    return tuple(as_tuple(row) for row in rows) if isinstance(rows, list) else rows
-
-
 class CorrelatedKeys(Section):
     """Keys that are jointly normal, by deviations and correlation, or by covariance; positive definite in either case."""
 
-    keys: Annotated[
-        tuple[str, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=64), Quantity("", "keys of the mission")
-    ]
-    mean: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Quantity("", "means, one for each key")]
-    covariance: Annotated[
-        Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_rows)] | None,
-        Quantity("", "matrix with one row for each key"),
-    ] = None
-    deviations: Annotated[
-        Annotated[tuple[Positive, ...], BeforeValidator(as_tuple)] | None,
-        Quantity("", "or: standard deviations, one for each key"),
-    ] = None
+    keys: Annotated[Several[str], Field(min_length=2, max_length=64), Quantity("", "keys of the mission")]
+    mean: Annotated[Several[Finite], Quantity("", "means, one for each key")]
+    covariance: Annotated[Several[Several[Finite]] | None, Quantity("", "matrix with one row for each key")] = None
+    deviations: Annotated[Several[Positive] | None, Quantity("", "or: standard deviations, one for each key")] = None
     correlation: Annotated[
-        Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_rows)] | None,
+        Several[Several[Finite]] | None,
         Quantity("", "with `deviations`: matrix with one row for each key, 1 on the diagonal"),
     ] = None
 
@@ -249,5 +232,5 @@ def is_value(table: dict[str, object]) -> bool:
 Varied = Annotated[
     dict[str, Distribution], BeforeValidator(by_key), Quantity("", "what varies from flight to flight, as in a campaign")
 ]
-Together = Annotated[tuple[CorrelatedKeys, ...], BeforeValidator(as_tuple), Quantity("", "keys that vary jointly")]
+Together = Annotated[Several[CorrelatedKeys], Quantity("", "keys that vary jointly")]
 """Tables `vary` and `correlated` of files that fly many flights."""

@@ -115,6 +115,10 @@ def in_radians(values: tuple[float, ...]) -> tuple[float, ...]:
     return values
 
 
+Entry = TypeVar("Entry")
+Several = Annotated[tuple[Entry, ...], BeforeValidator(as_tuple)]
+"""A list in TOML, of any length."""
+
 Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, le=MOST, allow_inf_nan=False), at_least(LEAST)]
 Duration = Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False), AfterValidator(long_enough)]

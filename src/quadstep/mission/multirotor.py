@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, cast
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from quadstep.control.geometric import Geometric
 from quadstep.interfaces.controller import Measured
@@ -19,7 +19,7 @@ from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.airframe import AirframeSection, BuiltAirframe
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, section_of
-from quadstep.mission.fields import Angles, Name, NonNegative, Positive, Quantity, Section, Share, Triple, as_tuple
+from quadstep.mission.fields import Angles, Name, NonNegative, Positive, Quantity, Section, Several, Share, Triple
 from quadstep.mission.own_controller import any_controller
 from quadstep.mission.own_thing import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath, path_warnings
@@ -196,7 +196,7 @@ class MultirotorMission(Mission):
     start: AirframeStart = AirframeStart()
     wind: AnyWind = WindSection()
     sensors: SensorsSection = SensorsSection()
-    events: Annotated[tuple[AnyEvent, ...], BeforeValidator(as_tuple), Field(max_length=16)] = ()
+    events: Annotated[Several[AnyEvent], Field(max_length=16)] = ()
     simulation: AirframeSimulation = AirframeSimulation()
     limits: AirframeLimitsSection = AirframeLimitsSection()
     score_from: Annotated[NonNegative, Quantity("s", "time from which errors count")] = 0.0

@@ -10,7 +10,7 @@ from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, ValidationError, ValidationInfo, create_model
+from pydantic import AfterValidator, BaseModel, Field, ValidationError, ValidationInfo, create_model
 from pydantic_core import PydanticCustomError
 
 from quadstep.control.registry import flown_by
@@ -22,7 +22,7 @@ from quadstep.io.user_code import load
 from quadstep.metrics.effort import EFFORT
 from quadstep.mission.check import INSIDE
 from quadstep.mission.derived import key_field
-from quadstep.mission.fields import Quantity, Section, as_tuple
+from quadstep.mission.fields import Quantity, Section, Several
 from quadstep.numbers import Vector
 
 KEY = re.compile(r"[^\W_]\w*")
@@ -259,8 +259,7 @@ def checked_metrics(named: tuple[str, ...], info: ValidationInfo) -> tuple[str, 
 
 
 OwnMetrics = Annotated[
-    tuple[str, ...],
-    BeforeValidator(as_tuple),
+    Several[str],
     Field(max_length=32),
     AfterValidator(checked_metrics),
     Quantity("", f"further metrics: {', '.join(EFFORT)}, or FILE.py:NAME of your own"),

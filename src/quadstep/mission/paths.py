@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple, cast
 
 import numpy as np
-from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator
+from pydantic import Field, SerializeAsAny, WrapValidator
 
 from quadstep.interfaces.plant import PathLaw, Reference
 from quadstep.io.doors import PATHS
 from quadstep.io.errors import UserError, errors_in
 from quadstep.mission.check import sections, types
 from quadstep.mission.data_files import ANGLE_UNITS, read_recording
-from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positive, Quantity, Section, Triple, as_tuple
+from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positive, Quantity, Section, Several, Triple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.numbers import Vector, vector
 from quadstep.world.paths import DeclaredPath, MinimumJerk, MinimumJerkParameters, Orbit, OrbitParameters, Step, StepParameters
@@ -54,7 +54,7 @@ class WaypointsPath(Section):
     """Least jerk through waypoints at their times, at rest at both ends."""
 
     type: Literal["waypoints"]
-    waypoints: Annotated[tuple[Waypoint, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=200)]
+    waypoints: Annotated[Several[Waypoint], Field(min_length=2, max_length=200)]
 
     def model_post_init(self, context: object) -> None:
         times = [waypoint.t for waypoint in self.waypoints]

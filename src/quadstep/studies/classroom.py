@@ -18,7 +18,7 @@ from http import HTTPStatus
 from pathlib import Path
 from typing import Annotated, NamedTuple, cast
 
-from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter
+from pydantic import AfterValidator, Field, TypeAdapter
 
 from quadstep.control.registry import names
 from quadstep.io import files
@@ -29,7 +29,7 @@ from quadstep.io.results_folder import opened
 from quadstep.metrics.requirements import Requirement, with_full_names
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.check import check
-from quadstep.mission.fields import Positive, Section, as_tuple, plain
+from quadstep.mission.fields import Positive, Section, Several, plain
 from quadstep.mission.read import read_mission
 from quadstep.mission.schema import Mission
 from quadstep.report.publish import as_text
@@ -66,9 +66,9 @@ class ClassSection(Section):
     """
 
     mission: str
-    students: Annotated[tuple[Student, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=500)]
+    students: Annotated[Several[Student], Field(min_length=1, max_length=500)]
     metric: str = "position_rmse"
-    free: Annotated[tuple[str, ...], BeforeValidator(as_tuple), Field(min_length=1)] = ("controller",)
+    free: Annotated[Several[str], Field(min_length=1)] = ("controller",)
     seconds: Annotated[Positive, Field(ge=1.0)] = 30.0
     pause: Positive = 20.0
 

@@ -18,7 +18,7 @@ from quadstep.metrics.requirements import Requirement, with_full_names
 from quadstep.metrics.requirements import unit as unit_of
 from quadstep.metrics.verdict import Case, scalars
 from quadstep.mission.check import check
-from quadstep.mission.fields import Finite, Name, Section, as_tuple, dotted, key_parts, plain, unit
+from quadstep.mission.fields import Finite, Name, Section, Several, as_tuple, dotted, key_parts, plain, unit
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.report.units import ANGLES, DIGITS, handy, number, of_angle, unit_suffix
@@ -56,7 +56,7 @@ class LessonTask(Section):
 class Tasks(Section):
     """A file of tasks."""
 
-    tasks: Annotated[tuple[LessonTask, ...], BeforeValidator(as_tuple), Field(min_length=1)]
+    tasks: Annotated[Several[LessonTask], Field(min_length=1)]
 
 
 class CheckedTask(NamedTuple):

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from quadstep.identify.logs.flight import WIDTHS, Flags, Floats
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.mission.check import check
-from quadstep.mission.fields import Positive, Quantity, Section, as_tuple
+from quadstep.mission.fields import Positive, Quantity, Section, Several
 from quadstep.numbers import Vector
 from quadstep.numbers.rotations import multiply
 
@@ -46,7 +46,7 @@ KINDS = {
 
 ORDERS = {"wxyz": 4, "xyzw": 4, "roll-pitch-yaw": 3, "yaw-pitch-roll": 3}
 
-Names = Annotated[tuple[str, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=8)]
+Names = Annotated[Several[str], Field(min_length=1, max_length=8)]
 
 
 MOST_COMMAND, MOST_SPEED = 1e3, 1e5
@@ -65,11 +65,7 @@ class ChannelSection(Section):
 
     columns: Annotated[Names, Quantity("", "columns, one for each component")]
     unit: Annotated[str | None, Quantity("", "logged unit; default: the channel's first unit")] = None
-    signs: Annotated[
-        tuple[Literal[1, -1], ...],
-        BeforeValidator(as_tuple),
-        Quantity("", "1 or -1 for each component, to convert to the stated axes"),
-    ] = ()
+    signs: Annotated[Several[Literal[1, -1]], Quantity("", "1 or -1 for each component, to convert to the stated axes")] = ()
     order: Annotated[
         Literal["wxyz", "xyzw", "roll-pitch-yaw", "yaw-pitch-roll"], Quantity("", "order of the attitude's components")
     ] = "wxyz"

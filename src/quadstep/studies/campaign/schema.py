@@ -19,7 +19,7 @@ from quadstep.io.errors import UserError, errors_in
 from quadstep.metrics.registry import LARGEST, RMSE
 from quadstep.mission.check import check
 from quadstep.mission.distributions import CorrelatedKeys, Distribution, Grid, by_key
-from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple, key_parts
+from quadstep.mission.fields import Name, Positive, Quantity, Section, Several, as_tuple, key_parts
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import CAMPAIGN, check_mission, named_after, refuse_others
 from quadstep.mission.schema import Mission
@@ -109,7 +109,7 @@ class CampaignFile(Section):
     vary: Annotated[
         dict[str, Distribution], BeforeValidator(by_key), Quantity("", "a distribution for each mission key that varies")
     ] = Field(default_factory=dict)
-    correlated: Annotated[tuple[CorrelatedKeys, ...], BeforeValidator(as_tuple), Quantity("", "keys that vary jointly")] = ()
+    correlated: Annotated[Several[CorrelatedKeys], Quantity("", "keys that vary jointly")] = ()
     failure: Annotated[
         dict[str, Positive],
         Quantity("", "limits of metrics above which a flight counts as failed; one that ends early always does"),

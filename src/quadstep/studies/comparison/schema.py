@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from quadstep.io.errors import unknown_name
 from quadstep.mission.distributions import Together, Varied, ordered
-from quadstep.mission.fields import Finite, Name, Positive, Quantity, Section, as_tuple, printable
+from quadstep.mission.fields import Finite, Name, Positive, Quantity, Section, Several, printable
 from quadstep.mission.tune import as_constraints, as_ranges, ranges_by_key
 
 Content: TypeAlias = dict[str, object]
@@ -31,7 +31,7 @@ OF_THE_STUDY = {
 """Keys of a mission that paths and scenarios cannot set, and why."""
 
 Note = Annotated[str, Field(max_length=1000), AfterValidator(printable)]
-Names = Annotated[tuple[Name, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=MOST_NAMES)]
+Names = Annotated[Several[Name], Field(min_length=1, max_length=MOST_NAMES)]
 
 
 class Limited(Section):
@@ -108,8 +108,7 @@ class TuningSection(Section):
     """How gains are found, the same for every controller; those of a file `gains` are taken as they are."""
 
     flown: Annotated[
-        tuple[PathAndScenario, ...],
-        BeforeValidator(as_tuple),
+        Several[PathAndScenario],
         Field(min_length=1, max_length=MOST_NAMES),
         Quantity("", "paths and scenarios used for tuning"),
     ]
@@ -186,8 +185,7 @@ class StudyFile(Section):
         "largest_error",
     )
     notes: Annotated[
-        Annotated[tuple[Note, ...], BeforeValidator(as_tuple), Field(max_length=50)],
-        Quantity("", "limitations of the study, for its report"),
+        Annotated[Several[Note], Field(max_length=50)], Quantity("", "limitations of the study, for its report")
     ] = ()
 
     def model_post_init(self, context: object) -> None:
