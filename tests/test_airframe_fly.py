@@ -158,7 +158,14 @@ def test_a_weight_that_no_rotor_lifts_is_warned_of(plain, tmp_path):
     mission = write(tmp_path, FLIGHT.replace("ground = 0.0", "mass = 9.0") + 'type = "geometric"\n')
     run = quadstep("fly", mission, "--out", tmp_path / "out", "--engine", "python")
     assert run.code == 0
-    assert "vehicle.rotor.fastest: the rotors lift at most 56.99" in run.err
+    said = (
+        "vehicle.mass: it cannot hover: 9 kg weigh 88.29 N, its rotors lift at most 57 N; it could with a mass below 5.81 kg, "
+    )
+    assert f"{said}or rotor.fastest above 1078 rad/s\n" in run.err
+    heavy = read_mission(mission)
+    assert not heavy.with_(vehicle__mass=5.8).vehicle.warnings()
+    assert not heavy.with_({"vehicle.rotor.fastest": 1079.0}).vehicle.warnings()
+    assert heavy.with_({"vehicle.rotor.fastest": 1077.0}).vehicle.warnings()
     in_grams = read_mission(mission).with_(vehicle__mass=9000.0).vehicle.warnings()[0]
     assert in_grams.startswith("vehicle.mass: ") and in_grams.endswith("; is the mass in grams?")
     assert all(line.startswith(f"quadstep: warning: {mission}: ") for line in run.err.splitlines())

@@ -172,8 +172,10 @@ class AirframeSection(Section):
         upward = total(mount.axis[2] for mount in geometry.mounts)
         if upward * allocated.most <= weight:
             most = upward * allocated.most
-            key, ask = ("mass", "; is the mass in grams?") if weight > 100.0 * most else ("rotor.fastest", "")
-            return [f"vehicle.{key}: the rotors lift at most {most:g} N, the weight is {weight:g} N{ask}"]
+            mass, speed = most / self.gravity, self.rotor.fastest * math.sqrt(weight / most)
+            could = f"it could with a mass below {mass:.4g} kg, or rotor.fastest above {speed:.4g} rad/s"
+            why = f"{self.mass:g} kg weigh {weight:.4g} N, its rotors lift at most {most:.4g} N"
+            return [f"vehicle.mass: it cannot hover: {why}; {'is the mass in grams?' if weight > 100.0 * most else could}"]
         if upward * allocated.least >= weight:
             least = upward * allocated.least
             return [f"vehicle.rotor.slowest: the rotors lift at least {least:g} N, the weight is {weight:g} N"]
