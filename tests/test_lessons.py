@@ -10,7 +10,7 @@ import tomlkit
 from docs.site.listings import listings
 from docs.site.notebooks import lessons, notebook
 from docs.site.writing import write_pages
-from quadstep import read_mission
+from quadstep import fly, read_mission
 from quadstep.io.errors import UserError
 from quadstep.linear.grade import Grade
 from quadstep.mission.fields import plain
@@ -149,6 +149,47 @@ def test_a_student_is_told_what_a_wrong_answer_lacks(name, tmp_path):
     (found,) = check_tasks([one], read_mission(mission_of(name, tmp_path, {**SOLUTIONS[name], **changes})))
     assert not found.solved and not found.strange
     assert any(case.failure and case.failure.startswith(said) for case in found.cases), found.cases
+
+
+RATE, NEURONS, SCALE = "controller.nets.F1", "controller.nets.neurons", "disturbance.scale"
+QUOTED = {
+    "5.5": [({"controller.K_r2": 10.0, "controller.Lambda2": 0.5}, "11 cm"), (SOLUTIONS["5.5"], "3.6 mm")],
+    "6.5": [
+        ({NEURONS: 8}, "3.1 mm"),
+        (SOLUTIONS["6.5"], "1.4 mm"),
+        ({NEURONS: 4}, "23 mm"),
+    ],
+    "7.4": [({RATE: 3.0}, "35 cm"), ({RATE: 4.0}, "lost"), ({RATE: 1e-9}, "1.3 m")],
+    "7.5": [(SOLUTIONS["7.5"], "55 cm"), ({"path.duration": 2.75, RATE: 1.0}, "80 cm")],
+    "8.4": [
+        (SOLUTIONS["8.4"], "6.4 mm"),
+        ({SCALE: 2.5}, "2.9 cm"),
+        ({SCALE: 2.5, RATE: 8.0}, "lost"),
+    ],
+    "8.5": [
+        (SOLUTIONS["8.5"], "3.7 cm"),
+        ({SCALE: 3.0}, "lost"),
+        ({SCALE: 3.0, RATE: 0.2}, "7.1 cm"),
+        ({SCALE: 3.0, "controller.nets.enabled": False}, "5.7 cm"),
+    ],
+}
+"""What answers say of flights, the RMSE to two digits."""
+
+
+@pytest.mark.parametrize("name", QUOTED)
+def test_an_answer_quotes_what_its_flights_do(name, tmp_path):
+    lesson, _, exercise = name.partition(".")
+    text = LESSONS[lesson.zfill(2)].with_suffix(".md").read_text().partition(f"<details><summary>{exercise}</summary>")[2]
+    answer = text.partition("</details>")[0]
+    for changes, said in QUOTED[name]:
+        flight = fly(read_mission(mission_of(name, tmp_path, changes)))
+        size, _, unit = said.partition(" ")
+        if said == "lost":
+            assert flight.outcome.name != "COMPLETED"
+        else:
+            rmse = flight.metrics()["position_rmse[m]"] * {"m": 1.0, "cm": 100.0, "mm": 1000.0}[unit]
+            assert f"{rmse:.2g}" == size, changes
+        assert said in answer, said
 
 
 def test_a_flight_is_not_lost_as_asked_by_gains_that_the_exercise_excludes(tmp_path):
