@@ -10,7 +10,7 @@ const DEGREES = 180 / Math.PI;
 const CRAFT = 1.6; // size of the vehicle
 const FIRST = 232; // top of the first plot [px]
 
-/** The vehicle from the side: a bar with two rotors, leaning by theta, at (x, y) [px]. */
+/** The vehicle from the side: a bar with two rotors, tilting by theta, at (x, y) [px]. */
 function vehicle(x: number, y: number, theta: number, look: string, symbol = ""): string {
   const place = `transform="translate(${x.toFixed(1)} ${y.toFixed(1)}) rotate(${(-theta * DEGREES).toFixed(2)}) scale(${CRAFT})"`;
   return `<g class="craft ${look}"${lit(symbol)} ${place}><path d="M-26 0H26M-26 0v-7M26 0v-7M-38-7h24M14-7h24"/><circle r="4.5"/></g>`;
@@ -58,7 +58,7 @@ export function nested(): void {
       });
       const [t, x, wanted] = [flown.times, flown.column("x"), flown.column("x_d")];
       const [speed, wish] = [flown.column("x_dot"), flown.column("velocity_x")];
-      const [lean, asked] = [flown.column("theta").map((a) => a * DEGREES), flown.column("theta_d").map((a) => a * DEGREES)];
+      const [tilt, asked] = [flown.column("theta").map((a) => a * DEGREES), flown.column("theta_d").map((a) => a * DEGREES)];
       const row = rowAt(flown, time);
       const width = stage.width;
 
@@ -79,28 +79,28 @@ export function nested(): void {
         `<path class="gap c-ink"${lit("e1")} d="M${here.toFixed(1)} ${middle + 28}H${at(0).toFixed(1)}"/>`,
         Math.abs(at(0) - here) > 60 ? text((here + at(0)) / 2, middle + 48, "e_1", "c-ink", "middle", "e1") : "",
         vehicle(here, middle, asked[row]! / DEGREES, "ghost dashed c-vermillion", "thd"),
-        Math.abs(asked[row]! - lean[row]!) > 3 ? text(here - 42, middle + 64, "desired lean", "c-vermillion", "start", "thd") : "",
-        vehicle(here, middle, lean[row]! / DEGREES, "c-ink", "th"),
+        Math.abs(asked[row]! - tilt[row]!) > 3 ? text(here - 42, middle + 64, "desired tilt", "c-vermillion", "start", "thd") : "",
+        vehicle(here, middle, tilt[row]! / DEGREES, "c-ink", "th"),
         arrows("desired velocity v", wish[row]!, 70, "dashed c-blue", "v"),
         arrows("velocity", speed[row]!, 54, "c-blue", "vel"),
         text(8, 18, `t = ${fixed(t[row]!, 2)} s`, "c-ink"),
         flown.lost
           ? text(width - 8, width < NARROW ? 33 : 18, `${flown.lost}: the curves end there`, "c-vermillion", "end")
-          : text(width - 8, width < NARROW ? 33 : 18, `e_1 ${fixed(-x[row]!, 2)} m, r_1 ${fixed(wish[row]! - speed[row]!, 2)} m/s, θ ${fixed(lean[row]!, 0)}°, θ_d ${fixed(asked[row]!, 0)}°`, "c-muted", "end"),
+          : text(width - 8, width < NARROW ? 33 : 18, `e_1 ${fixed(-x[row]!, 2)} m, r_1 ${fixed(wish[row]! - speed[row]!, 2)} m/s, θ ${fixed(tilt[row]!, 0)}°, θ_d ${fixed(asked[row]!, 0)}°`, "c-muted", "end"),
       ];
       const box = (i: number): Box => ({ left: 46, top: FIRST + i * 134, width: width - 58, height: 90 });
       const ends = [0, 8] as const;
-      plots = [new Plot(box(0), ends, span([x, wanted], -6, 6, 1, 0.25)), new Plot(box(1), ends, span([speed, wish], -8, 8, 1, 0.25)), new Plot(box(2), ends, span([lean, asked], -90, 90, 10, 0.25))];
+      plots = [new Plot(box(0), ends, span([x, wanted], -6, 6, 1, 0.25)), new Plot(box(1), ends, span([speed, wish], -8, 8, 1, 0.25)), new Plot(box(2), ends, span([tilt, asked], -90, 90, 10, 0.25))];
       const pair = (plot: Plot, xName: string, yName: string, flew: Named, wished: Named): string =>
         plot.framed(xName, yName, plot.line(t, wished.ys, wished.look, wished.symbol), plot.line(t, flew.ys, flew.look, flew.symbol), plot.upright(t[row]!), plot.labels(t, [flew, wished]));
-      const [places, speeds, leans] = plots as [Plot, Plot, Plot];
+      const [places, speeds, tilts] = plots as [Plot, Plot, Plot];
       return svg(
         width,
         FIRST + 2 * 134 + 90 + 36,
         ...scene,
         pair(places, "", "position x [m]", { ys: x, said: "where it is", look: "c-ink", symbol: "e1" }, { ys: wanted, said: "where it should be", look: "dashed c-muted", symbol: "e1" }),
         pair(speeds, "", "velocity [m/s]", { ys: speed, said: "velocity", look: "c-blue", symbol: "r1 vel" }, { ys: wish, said: "desired velocity v", look: "dashed c-blue", symbol: "r1 v" }),
-        pair(leans, "time [s]", "lean [°]", { ys: lean, said: "lean θ", look: "c-vermillion", symbol: "th" }, { ys: asked, said: "desired lean θ_d", look: "dashed c-vermillion", symbol: "thd" }),
+        pair(tilts, "time [s]", "tilt [°]", { ys: tilt, said: "tilt θ", look: "c-vermillion", symbol: "th" }, { ys: asked, said: "desired tilt θ_d", look: "dashed c-vermillion", symbol: "thd" }),
       );
     };
   });
