@@ -127,4 +127,4 @@ def check(value: object, source: str, key: str = "", level: int = 0, finite: boo
     elif isinstance(value, int) and not -(2**63) <= value < 2**63:
         raise UserError(f"{source}: {key}: is too large; whole numbers go from -2^63 to 2^63 - 1")
     elif finite and isinstance(value, float) and not math.isfinite(value):
-        raise UserError(f"{source}: {key}: should be a finite number")
+        raise UserError(f"{source}: {key}: should be a finite number, not {value}")

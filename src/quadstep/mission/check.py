@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from quadstep.io import documents
 from quadstep.io.errors import LONGEST_VALUE, UserError, cut, listed, meant_of, shorten, unknown_name
 from quadstep.mission.fields import EVERY, Quantity
 from quadstep.mission.presets import origin
@@ -34,6 +35,7 @@ def check(model: type[Checked], content: object, source: str, folder: Path = Pat
         checked: Checked = model.__pydantic_validator__.validate_python(content, context={"folder": folder})
     except (ValidationError, UserError) as error:
         raise explained(model, content, error, source, folder) from None
+    documents.check(content, source, finite=True)  # in tables that another model will check, or that are drawn from
     return checked
 
 
