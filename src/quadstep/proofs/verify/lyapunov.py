@@ -8,26 +8,19 @@ from typing import NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains, BacksteppingMemory
+from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, BacksteppingGains, BacksteppingMemory, torque_basis
+from quadstep.control.completed_backstepping import CompletedGains, CompletedMemory, with_yaw
 from quadstep.control.filters import Filtered
-from quadstep.interfaces.learning import Net, basis, random_input_weights
-from quadstep.interfaces.plant import Kinematics, Reference
+from quadstep.interfaces.learning import Net, random_input_weights
+from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, sqrt, total
-from quadstep.vehicle.paper import (
-    Disturbance,
-    Rotors,
-    State,
-    Vehicle,
-    coriolis,
-    derivative,
-    effective_inertia,
-    effective_inertia_partials,
-    thrust_direction,
-)
+from quadstep.proofs.theory.lyapunov import closed_loop, inner, rate_terms
+from quadstep.proofs.theory.trials import LoopBatch
+from quadstep.vehicle.paper import Rotors, State, Vehicle, thrust_direction
 
 Batch = NDArray[np.float64]
 COUNT, NEURONS, PERIOD = 4000, 4, 1e-3
-STANDARD = Kinematics.STANDARD
+ZERO = Vector((0.0, 0.0, 0.0))
 
 
 class LyapunovBatch(NamedTuple):
@@ -78,11 +71,6 @@ def frobenius(*matrices: Matrix) -> Batch:
     return batch(sqrt(total(m.norm() * m.norm() for m in matrices)))
 
 
-def inner(a: Matrix, b: Matrix) -> Number:
-    """Trace of a^T b."""
-    return cast(Number, batch(total(x @ y for x, y in zip(a, b, strict=True))))
-
-
 def moments(
     seed: int, at_desired_attitude: bool = True, sliding: bool = False, half_learnt: bool = False
 ) -> tuple[LyapunovBatch, WeightNorms]:
@@ -126,55 +114,37 @@ def moments(
         weights_1=ideal_1 * 0.5 if half_learnt else ideal_1 - weights(-2, 1.5),
         weights_2=ideal_2 * 0.5 if half_learnt else ideal_2 - weights(-2, 1.5),
     )  # fmt: skip
-    eta_d_dd = spread(3, -1, 0.5)
+    turning = spread(3, -1, 0.5)[0]  # psi_d_dd
     e1, e2 = spread(3, -2, 1), spread(3, -2, 0.5)
     r1, r2 = (0.0 * e1, 0.0 * e2) if sliding else (spread(3, -2, 1.5), spread(3, -2, 1.5))
     r2 = 1e-3 * r2 if half_learnt else r2
     desired, desired_rate = state.attitude + e2, state.rates + (r2 - slope_2 * e2)
     reference = Reference(
-        state.position + e1, state.velocity + (r1 - slope_1 * e1), spread(3, -1, 0.5), desired[0], desired_rate[0]
-    )
+        state.position + e1, state.velocity + (r1 - slope_1 * e1), spread(3, -1, 0.5), desired[0], desired_rate[0],
+        yaw_acceleration=turning,
+    )  # fmt: skip
     filtered = Filtered(Vector(desired.entries[1:]), Vector(desired_rate.entries[1:]))
     memory = BacksteppingMemory(spread(3, -1, 0.5), spread(3, -1, 0.5), filtered, gains.weights_1, gains.weights_2)
-    command, following = Backstepping().law(memory, state, reference, gains, 1.0, PERIOD)
-    r1, r2 = command.r1, command.r2
-
-    j = effective_inertia(attitude, inertia, STANDARD)
-    c = coriolis(attitude, state.rates, inertia, STANDARD)
-    slopes = effective_inertia_partials(attitude, inertia, STANDARD)
-    j_dot = total(speed * slope for speed, slope in zip(state.rates, slopes, strict=True))
-    mu_1 = basis(gains.force_net, (*state.position, *r1, *attitude, *state.rates))
-    mu_2 = basis(gains.torque_net, (*attitude, *r1, *r2))
-    eps_1, eps_2 = spread(3, -2, 1), spread(3, -2, 1)
-    target = j @ eta_d_dd + c @ (desired_rate + slope_2 * e2) - j @ (slope_2 * slope_2 * e2)
-    disturbance = Disturbance(0.0, -(ideal_1.T @ mu_1 + eps_1), target - (ideal_2.T @ mu_2 + eps_2))  # Eqs 22 and 33
-    motion = derivative(
-        Vehicle(mass, inertia, 9.81, Rotors(0.25, 0.05, 0.0, 8.0)),
-        disturbance,
-        STANDARD,
-        state,
-        command.thrust,
-        command.torque,
-    )
-    delta = command.thrust * (thrust_direction(attitude) - thrust_direction(command.desired_attitude))
-    acceleration = motion.velocity - delta * (1.0 / mass) if at_desired_attitude else motion.velocity
-    r1_dot = reference.acceleration - acceleration + slope_1 * (reference.velocity - state.velocity)
-    r2_dot = eta_d_dd - motion.rates + slope_2 * (desired_rate - state.rates)
+    sample = LoopBatch(
+        Vehicle(mass, inertia, 9.81, Rotors(0.25, 0.05, 0.0, 8.0)), state, reference,
+        CompletedGains(gains, ZERO, inertia, ZERO, ZERO), CompletedMemory(memory, Filtered(ZERO, ZERO)),
+        (ideal_1, ideal_2), (spread(3, -2, 1), spread(3, -2, 1)), PERIOD,
+    )  # fmt: skip
+    motion = closed_loop(sample, completed=False)
+    r1, r2 = motion.outer.r1, motion.r2
+    delta = motion.outer.u_d * (thrust_direction(attitude) - thrust_direction(with_yaw(0.0, motion.outer.tilt)))
+    if at_desired_attitude:
+        motion = motion._replace(r1_dot=motion.r1_dot + delta * (1.0 / mass))
+    terms = rate_terms(sample, motion, ZERO)
 
     w_tilde = (ideal_1 - memory.weights_1, ideal_2 - memory.weights_2)
-    moved = (
-        (following.weights_1 - memory.weights_1) * (1.0 / PERIOD),
-        (following.weights_2 - memory.weights_2) * (1.0 / PERIOD),
-    )
-    learning = total(inner(w, dot) for w, dot in zip(w_tilde, moved, strict=True)) / rate  # tr W_tilde^T F^-1 W_hat_dot
-    mu_r = total(r @ (w.T @ mu) for r, w, mu in zip((r1, r2), w_tilde, (mu_1, mu_2), strict=True))
-    stored = memory.integral_1 @ (gains.integral_1 * r1) + memory.integral_2 @ (gains.integral_2 * r2)
-    kinetic = mass * (r1 @ r1_dot) + r2 @ (j @ r2_dot) + 0.5 * (r2 @ (j_dot @ r2))
+    mu = (motion.outer.mu_1, torque_basis(gains, state, r1, r2))
+    mu_r = total(r @ (w.T @ mu) for r, w, mu in zip((r1, r2), w_tilde, mu, strict=True))
     moment = LyapunovBatch(
-        r1, r2, j, j_dot, c, eps_1, eps_2, delta, gains,
-        growth=batch(mu_r - learning),
+        r1, r2, motion.j, motion.j_dot, motion.c, *sample.residual, delta, gains,
+        growth=batch(mu_r + total(terms[-2:])),  # the last two are those of learning
         trace=batch(total(inner(w, hat) for w, hat in zip(w_tilde, (memory.weights_1, memory.weights_2), strict=True))),
-        l_dot=batch(kinetic + stored - learning),
+        l_dot=batch(total(terms)),
         k_v=np.min(np.array([*margin_1, *margin_2]), axis=0),
     )  # fmt: skip
     return moment, WeightNorms(frobenius(ideal_1, ideal_2), frobenius(*w_tilde))
