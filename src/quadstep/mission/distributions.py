@@ -109,7 +109,8 @@ class Choice(Section):
         Several[object], Field(min_length=1, max_length=MOST_OPTIONS), Quantity("", "any values that the key accepts")
     ]
     weights: Annotated[
-        Several[Annotated[float, Field(ge=0.0)]] | None, Quantity("", "relative probabilities; default: equal")
+        Several[Annotated[float, Field(ge=0.0, allow_inf_nan=False)]] | None,
+        Quantity("", "relative probabilities; default: equal"),
     ] = None
 
     def model_post_init(self, context: object) -> None:
