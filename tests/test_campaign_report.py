@@ -119,10 +119,11 @@ def test_it_says_what_was_flown_and_how_it_ended(flown):
 
 def test_it_ranks_the_keys_and_says_which_explains_most(flown):
     text, cells = told_by(flown[0])
-    ranking = {row[0]: row[1:] for row in cells if row and row[0] in ("vehicle mass", "disturbance scale") and len(row) == 3}
+    names = ("vehicle mass [kg]", "disturbance scale [times Eq. 67]")
+    ranking = {row[0]: row[1:] for row in cells if row and row[0] in names and len(row) == 3 and "[" in row[2]}
     for column, name in enumerate(("position RMSE (its logarithm)", "failure")):
         most = max(ranking, key=lambda key: float(ranking[key][column].split()[0]))
-        assert f"Of {name}, {most} explains the largest share: {ranking[most][column]} %" in text
+        assert f"Of {name}, {most.partition(' [')[0]} explains the largest share: {ranking[most][column]} %" in text
 
 
 def test_the_worst_flights_have_their_values_commands_and_pictures(flown):
@@ -285,11 +286,11 @@ def test_what_decides_is_found_and_what_does_nothing_is_not(tmp_path, unflown):
     text, cells = reported(tmp_path, keys, 3000, lost, made)
     shares = {row[0]: [float(cell.split()[0]) for cell in row[1:]] for row in cells if len(row) == 3 and "[" in row[2]}
     error, failure = (dict(zip(shares, part, strict=True)) for part in zip(*shares.values(), strict=True))
-    assert error["disturbance scale"] > 95.0
-    assert error["vehicle mass"] < 2.0
-    assert failure["vehicle mass"] == pytest.approx(33.3, abs=4.0)  # P(lost) = 1/4: Var 3/16, of which 1/16 each
+    assert error["disturbance scale [times Eq. 67]"] > 95.0
+    assert error["vehicle mass [kg]"] < 2.0
+    assert failure["vehicle mass [kg]"] == pytest.approx(33.3, abs=4.0)  # P(lost) = 1/4: Var 3/16, of which 1/16 each
     assert failure["nets"] == pytest.approx(33.3, abs=4.0)
-    assert failure["disturbance scale"] < 1.0
+    assert failure["disturbance scale [times Eq. 67]"] < 1.0
     assert re.search(r"(vehicle mass and nets|nets and vehicle mass) together explain 3", text)
 
 

@@ -2,6 +2,7 @@
 
 import csv
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
+from quadstep.report.evidence import Evidence
 from quadstep.report.panel import Panel
 from quadstep.report.publish import write_json, write_log
 from quadstep.report.sheet import Sheet
@@ -200,3 +202,8 @@ def test_only_a_tall_figure_may_fill_a_page_of_paper(height, kind):
 def test_a_figure_without_svg_is_its_png(tmp_path):
     job().draw(tmp_path, Sheet(("png",)))
     assert 'src="data:image/png;base64,' in markup.figure(tmp_path / "curve", "A curve")
+
+
+def test_a_warning_has_a_true_minus_and_no_symbols():
+    found = Evidence("a", "kind", "answer", (), {}, warnings=["K_r1 is -2.5 in run-3.toml"])
+    assert "Warning: K_r1 is −2.5 in run-3.toml" in found.html(Path())

@@ -184,7 +184,7 @@ def newton(loops: Loops, flown: LoopState, first: int) -> Rest:
             raise NoRestError("no rest found: a state or a derivative is no longer finite")
         worst = int(np.argmax(np.abs(left / (1.0 + np.abs(period.period.values)))))
         what = in_words([short(period.period.names)[worst]], short(period.period.names), period.period.pose.names)
-        moves = f"{what} still changes by {number(left[worst])} in {period.period.length:g} s"
+        moves = f"one state still moved, {what} by {number(left[worst])} (SI units) in {period.period.length:g} s"
         if size < AT_REST:
             outcome(loops, flown, first)
             if period.period.broken:

@@ -12,9 +12,14 @@ from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.verdict import Case, Verdict
 from quadstep.report import markup
 from quadstep.report.publish import MANIFEST, write_json
-from quadstep.report.units import rich
+from quadstep.report.units import numerals, rich
 
 TABLE = "table.tex"
+
+
+def plain_numbers(text: str) -> str:
+    """Text in which nothing is a symbol, as HTML with its numbers as people write them."""
+    return numerals(escape(text))
 
 
 class TableSection(NamedTuple):
@@ -115,7 +120,10 @@ class Evidence(NamedTuple):
 
     def html(self, out: Path) -> str:
         """report.html. out: where its figures are."""
-        texts = [*map(markup.paragraph, self.more), *(markup.paragraph(f"Warning: {one}", escape) for one in self.warnings)]
+        texts = [
+            *map(markup.paragraph, self.more),
+            *(markup.paragraph(f"Warning: {one}", plain_numbers) for one in self.warnings),
+        ]
         summary = markup.summary(" ".join([self.answer, *self.graded]), self.facts, [one.html(out) for one in self.figures])
         sections = [one if isinstance(one, str) else one.html(out) for one in self.sections]
         return markup.page_text(self.name, [summary, *texts, *sections], self.kind, fold=self.fold)

@@ -11,13 +11,13 @@ import numpy as np
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.off_command import off_command
-from quadstep.metrics.quantities import FAR, moves, position_axes
+from quadstep.metrics.quantities import FAR, moves, position_axes, position_errors
 from quadstep.metrics.registry import Metrics, group, metric, rest_of
 from quadstep.metrics.verdict import FlightGrade, graded
 from quadstep.mission.listings import rounded, written
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
-from quadstep.report.panels import in_space
+from quadstep.report.panels import at, in_space
 from quadstep.studies.tuning.gains import filled_in
 
 if TYPE_CHECKING:
@@ -60,7 +60,10 @@ def write_report(
     if left := mission.controller.left:
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(markup.verbatim("\n".join(left), whose))
-    measured = [*facts(metrics, counted), *own_facts(mission, metrics)]
+    measured = [
+        *facts(metrics, counted, worst(log, mission.scored_from) if "position" in metrics else ""),
+        *own_facts(mission, metrics),
+    ]
     kept = log.outcome is not Outcome.COMPLETED and len(log.rows)
     lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission))]
     first, *more = [*filter(None, lines), *([of_log(log, ending)] if kept else [])]
@@ -133,15 +136,27 @@ def of_log(log: FlightLog, ending: Metrics | None = None) -> str:
     return f"All numbers count up to the log's last row, at {log.column('t')[-1]:.6g} s. {ended} metrics.json."
 
 
-def facts(metrics: Metrics, counted: str = "") -> list[markup.Fact]:
-    """The numbers that say most, as far as the flight has them. counted: from when errors are, as `errors_since` has it."""
+def worst(log: FlightLog, since: float) -> str:
+    """When a flight is farthest from its path, and where it should be then, to follow that distance."""
+    t, off = log.column("t"), np.linalg.norm(position_errors(log), axis=1)
+    if not (t >= since).any():
+        return ""
+    place = int(np.where(t >= since, off, -1.0).argmax())
+    there = ", ".join(f"{a} {units.number(float(log.column(f'{a}_d')[place]))}" for a in position_axes(log))
+    return f", at {at(t, place)}, where the path is at {there} m"
+
+
+def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fact]:
+    """The numbers that say most, as far as the flight has them. counted: from when errors are, as `errors_since` has it.
+    when: as `worst` has it.
+    """
     found = []
     if "position" in metrics:
         largest = cast("float | None", metrics.get("largest_error[m]")) or max(
             one["largest[m]"] for one in group(metrics, "position").values()
         )
-        along = "from the path" if "largest_error[m]" in metrics else "along one axis"
-        found.append(markup.Fact("largest error", units.quantity(largest, "m"), f"{along}{counted and f',{counted}'}"))
+        along = f"from the path{when}" if "largest_error[m]" in metrics else "along one axis"
+        found.append(markup.Fact("largest error", units.quantity(largest, "m"), f"{along}{counted and f'; counted{counted}'}"))
     if "largest_tilt[rad]" in metrics:
         tilt = f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°"
         found.append(markup.Fact("largest tilt", tilt, "between thrust and vertical"))

@@ -167,7 +167,7 @@ def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[
     ranking = ranked(keys, {name: one.shares for name, one in found.items()})
     body: list[Section] = [TableSection("Sensitivity", "ranking")]
     if sum(map(len, ranking.values())) >= FEWEST_BARS:
-        first = {words(key): ranking[key] for key in list(ranking)[: 2 * MOST_PICTURES]}
+        first = {label(campaign.mission, key): ranking[key] for key in list(ranking)[: 2 * MOST_PICTURES]}
         draw_ranking(of.folder / "ranking", first, of.sheet)
     body += text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()})
     body.append(text.keys(len(keys), MOST_PICTURES))

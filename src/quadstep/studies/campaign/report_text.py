@@ -243,7 +243,8 @@ def ranking(
     if any(estimates.values()):
         names = list(dict.fromkeys(name for one in estimates.values() for name in one))
         rows = [
-            (words(key), *(percent(one[name]) if name in one else "–" for name in names)) for key, one in estimates.items()
+            (label(campaign.mission, key), *(percent(one[name]) if name in one else "–" for name in names))
+            for key, one in estimates.items()
         ]
         body.append(TableSection(header=("", *(f"{name} [% of variance]" for name in names)), rows=rows, set_as=escape))
         body.append(TableSection(text=FIRST_ORDER))
