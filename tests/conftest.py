@@ -26,6 +26,9 @@ PROOFS = tuple(f"test_{name}" for name in (*ROOMS, "control_mutations"))
 `make test-proofs` runs them.
 """
 
+QUICK, BROWSED = 0.1, 1.5
+"""About what a test takes that is not recorded as slow, and one that opens a page in a browser [s]."""
+
 bars.EVERY = math.inf  # on a busy machine a stage may take a minute, and would say so
 gc.set_threshold(SELDOM)  # as the command line does
 sys.warnoptions.append("default")  # the command line hides warnings of libraries from users, not from tests
@@ -81,8 +84,8 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Tests recorded as slow are marked. The dearest files come first, so that no worker is alone with one at the end. Cases
-    of the learned policy need its weights, also in tests of all controllers.
+    """Tests recorded as slow are marked. The dearest files come first, so that no worker is alone with one at the end; what a
+    browser takes is not recorded. Cases of the learned policy need its weights, also in tests of all controllers.
     """
     for item in items:
         if item.path.name.startswith(PROOFS):
@@ -97,7 +100,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         one = seconds.get(durations.function(item.nodeid))
         if one is not None:
             item.add_marker(pytest.mark.slow)
-        cost[item.path] += one or 0.0
+        cost[item.path] += one or (BROWSED if "browsers" in getattr(item, "fixturenames", ()) else QUICK)
     items.sort(key=lambda item: -cost[item.path])
     for item in items:
         parameters = item.callspec.params.values() if isinstance(item, pytest.Function) and hasattr(item, "callspec") else ()

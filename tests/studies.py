@@ -17,7 +17,7 @@ CALM = """
 [common]
 limits = { distance = 5.0, rate = 60.0 }
 sensors = { position_noise = 0.005, gyro_noise = 0.01 }
-simulation = { control_period = 0.004, guidance_period = 0.012 }
+simulation = { control_period = 0.004, guidance_period = 0.004 }
 
 [paths.up.mission]
 path = { type = "step", end = [0.2, 0.0, 0.3], time = 0.1, duration = 0.6 }

@@ -339,7 +339,7 @@ class Lopsided(Controller):
 
 
 def test_a_loop_that_bends_at_rest_has_the_worst_margins_of_its_sides():
-    plan = hovering(hover({"type": "pid"}))
+    plan = hovering(hover({"type": "pid"}, simulation={"guidance_period": 0.002}))
 
     def rest(*sides):
         return at_rest(plan._replace(loop=replace(plan.loop, controller=Lopsided(plan.loop.controller, *sides))))

@@ -130,9 +130,10 @@ def test_bad_input_is_one_line(mission, tmp_path, more, options, said):
 
 
 def windy(controller):
-    """Held in wind."""
+    """Held in wind, in one loop."""
     path = {"type": "step", "end": [0.0, 0.0, 1.0]}
-    return Mission(vehicle={"preset": "x500"}, path=path, controller=controller, wind={"mean": [3.0, 0.0, 0.0]})
+    simulation, wind = {"guidance_period": 0.002}, {"mean": [3.0, 0.0, 0.0]}
+    return Mission(vehicle={"preset": "x500"}, path=path, controller=controller, wind=wind, simulation=simulation)
 
 
 def test_laws_without_slopes_are_named():

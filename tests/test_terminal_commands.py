@@ -18,7 +18,7 @@ CALM = """
 vehicle = { preset = "research-2.6kg" }
 controller = { type = "geometric" }
 path = { type = "minimum-jerk", end = [0.0, 0.0, 0.0], duration = 0.5 }
-simulation = { duration = 0.5 }
+simulation = { duration = 0.5, guidance_period = 0.002 }
 """
 NAME = "Übung 飛行 ±"
 REAL = f"name = '{NAME}'\n{campaigns.NOISY}"
