@@ -5,7 +5,9 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from pathlib import Path
 
+from quadstep.engines.fly import fingerprint
 from quadstep.studies.comparison.cells import study_of
+from quadstep.studies.comparison.cost import counted
 from tests.commands import write
 
 HEAD = """
@@ -92,7 +94,19 @@ def here(_workers=None):
     yield Here()
 
 
+def counted_once(plan):
+    """The instructions of a law, which is compiled for an emulated processor the first time only."""
+    key = fingerprint([plan])
+    if key not in COUNTED:
+        COUNTED[key] = counted(plan)
+    return COUNTED[key]
+
+
+COUNTED = {}
+
+
 def studies_in_this_process(monkeypatch):
     """Processes of their own cost seconds, as does measuring often, where they are not the point."""
     monkeypatch.setattr("quadstep.studies.comparison.jobs.drawing_pool", here)
     monkeypatch.setattr("quadstep.studies.comparison.cost.REPEATS", 1)
+    monkeypatch.setattr("quadstep.studies.comparison.cost.counted", counted_once)

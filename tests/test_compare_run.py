@@ -73,6 +73,8 @@ time = 0.1
 duration = 0.6
 [sensors]
 position_noise = 0.005
+[simulation]
+guidance_period = 0.002
 """
 
 
@@ -363,7 +365,7 @@ def test_missions_that_differ_in_anything_fly_the_same_noise(tmp_path):
 
 def test_missions_of_unlike_steps_are_said_to_fly_other_noise(tmp_path):
     one = write(tmp_path, MISSION, "slow.toml")
-    other = write(tmp_path, MISSION + "[simulation]\nstep = 0.001\n", "fast.toml")
+    other = write(tmp_path, MISSION + "step = 0.001\n", "fast.toml")
     said = quadstep("compare", one, other, "--seeds", 4, "--out", tmp_path / "out").out
     assert "Gusts and noise differ between controllers, as their simulation.step does: 2 ms (slow) and 1 ms (fast)." in said
 
@@ -395,7 +397,7 @@ def test_missions_on_different_paths_are_not_compared(tmp_path):
     result = quadstep("compare", one, other, "--seeds", 4, "--out", tmp_path / "out")
     assert result.refused
     assert f"{one} and {other} fly different paths" in result.err
-    for part in ("score_from = 0.5\n", "[simulation]\nduration = 0.3\n"):
+    for part in ("score_from = 0.5\n", "duration = 0.3\n"):
         other = write(tmp_path, part + MISSION if "score" in part else MISSION + part, "part.toml")
         result = quadstep("compare", one, other, "--seeds", 4, "--out", tmp_path / "out")
         assert result.refused
@@ -484,7 +486,7 @@ def test_a_cell_has_the_grade_that_fly_gives_its_median_flight(done):
 
 
 def test_flights_that_do_not_differ_are_said_to_decide_nothing(tmp_path):
-    still = MISSION.replace("position_noise = 0.005", "")
+    still = MISSION.partition("[sensors]")[0]
     laws = {"pid": "", "geometric": "k_x = 9.0\n"}
     files = [write(tmp_path, f'{still}[controller]\ntype = "{law}"\n{more}', f"{law}.toml") for law, more in laws.items()]
     out = tmp_path / "out"

@@ -29,6 +29,8 @@ controller.Lambda1 = {{ low = 0.3, high = 30.0 }}
 controller.K_r1 = {{ low = 0.5, high = 50.0 }}
 """
 
+ONE_LOOP = "[simulation]\nguidance_period = 0.002\n"
+"""A period of one sample, over which a loop is linearised five times as soon as over ten milliseconds."""
 
 SMALL = (
     WINDY.partition("[controller]")[0].replace("research-2.6kg", "crazyflie")
@@ -36,7 +38,9 @@ SMALL = (
 type = "pid"
 [wind]
 mean = [2.0, 0.0, 0.0]
-[tune]
+"""
+    + ONE_LOOP
+    + """[tune]
 {more}
 [tune.gains]
 controller.velocity = {{}}
@@ -278,7 +282,7 @@ def test_a_loop_that_lacks_margin_must_not_lose_any(monkeypatch):
 def test_the_margins_that_were_asked_for_hold_for_the_mission_that_is_written(tmp_path):
     limits = "constraints = { phase_margin = 0.4, gain_margin_up = 7.0 }\n"
     stiff = WINDY.replace("[3.0, 3.0, 3.0]", "[30.0, 30.0, 30.0]").replace("[1.0, 1.0, 1.0]", "[10.0, 10.0, 10.0]")
-    path = written(tmp_path, stiff + SOFT.replace("constraints = {}\n", limits))
+    path = written(tmp_path, stiff + ONE_LOOP + SOFT.replace("constraints = {}\n", limits))
     done = run.tune(path, 180, tmp_path / "out")
     found = margin_metrics(read_mission(tmp_path / "out" / "tuned.toml"), ["phase_margin", "gain_margin_up"])
     assert found["phase_margin"] >= 0.4
