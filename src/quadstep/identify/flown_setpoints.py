@@ -16,6 +16,7 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
+from quadstep.mission.fields import plain
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Table, Vector
 from quadstep.vehicle.rigid_body import AirframeState
@@ -133,7 +134,7 @@ def planned(flight: FlightRecord, vehicle: AirframeSection, controller: dict[str
         gains = {**as_flown(vehicle), **controller}
     mission = MultirotorMission.model_validate(
         {
-            "vehicle": listed(content),
+            "vehicle": plain(content),
             "path": {"type": "step", "end": [0.0, 0.0, 1.0], "duration": duration},
             "controller": gains,
             "simulation": {"duration": duration, "log_period": 0.01},
@@ -151,13 +152,6 @@ def planned(flight: FlightRecord, vehicle: AirframeSection, controller: dict[str
     )
     loop = replace(plan.loop, path=Setpoints())
     return plan._replace(loop=loop, parameters=plan.parameters._replace(path=path), start=state), part
-
-
-def listed(value: object) -> object:
-    """Tuples as lists, as in TOML."""
-    if isinstance(value, dict):
-        return {key: listed(inside) for key, inside in value.items()}
-    return [listed(inside) for inside in value] if isinstance(value, list | tuple) else value
 
 
 def fly_again(flights: list[FlightRecord], vehicle: AirframeSection, controller: dict[str, object]) -> list[FlightComparison]:

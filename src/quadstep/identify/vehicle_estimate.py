@@ -7,6 +7,7 @@ of a motor Q = K_t (I - I_0), K_t = 60 / (2 pi kV).
 """
 
 import math
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -49,16 +50,11 @@ class Number(NamedTuple):
     spread: float
 
 
-def measured(value: float, what: str, spread: float) -> Number:
-    return Number(value, f"measured: {what}, {share(spread)}", spread)
+def number_from(kind: str, value: float, what: str, spread: float) -> Number:
+    return Number(value, f"{kind}: {what}, {share(spread)}", spread)
 
 
-def estimated(value: float, how: str, spread: float) -> Number:
-    return Number(value, f"estimated: {how}, {share(spread)}", spread)
-
-
-def usual(value: float, what: str, spread: float) -> Number:
-    return Number(value, f"usual: {what}, {share(spread)}", spread)
+measured, estimated, usual = (partial(number_from, kind) for kind in ("measured", "estimated", "usual"))
 
 
 def share(spread: float) -> str:

@@ -4,7 +4,7 @@ leaves open.
 
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from pydantic import ValidationError
 
@@ -16,7 +16,7 @@ from quadstep.identify.vehicle_estimate import Number, VehicleEstimate
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.check import describe
-from quadstep.mission.listings import numbers
+from quadstep.mission.listings import numbers, written
 from quadstep.numbers import Vector
 from quadstep.vehicle.airframe_plant import Observer
 
@@ -210,21 +210,21 @@ def as_toml(vehicle: AirframeSection) -> str:
     content = vehicle.model_dump(exclude_none=True, exclude_defaults=False)
     left = ", ".join(vehicle.undetermined)
     lines = [f"# Not determined by the flights that it was identified from, and as it was before: {left}."] if left else []
-    lines += [f"{key} = {literal(content[key])}{note(units, key)}" for key in ("description", "mass", "inertia", "gravity")]
-    lines += [f"undetermined = {literal(vehicle.undetermined)}"] if left else []
+    lines += [f"{key} = {written(content[key])}{note(units, key)}" for key in ("description", "mass", "inertia", "gravity")]
+    lines += [f"undetermined = {written(vehicle.undetermined)}"] if left else []
     if vehicle.rotors:
-        lines += ["", "rotors = [", *(f"  {literal(mount)}," for mount in content["rotors"]), "]"]
+        lines += ["", "rotors = [", *(f"  {written(mount)}," for mount in content["rotors"]), "]"]
     else:
-        lines += ["", *(f"{key} = {literal(content[key])}{note(units, key)}" for key in ("layout", "arm"))]
+        lines += ["", *(f"{key} = {written(content[key])}{note(units, key)}" for key in ("layout", "arm"))]
     if "ground" in content:
-        lines += ["", f"ground = {literal(content['ground'])}{note(units, 'ground')}"]
+        lines += ["", f"ground = {written(content['ground'])}{note(units, 'ground')}"]
     for table in ("rotor", "drag", "battery", "command", "imu", "prediction", "guided_prediction", "residual", "effects"):
         if content.get(table):
             lines += ["", f"[{table}]"]
-            lines += [f"{key} = {literal(value)}{note(units, f'{table}.{key}')}" for key, value in content[table].items()]
+            lines += [f"{key} = {written(value)}{note(units, f'{table}.{key}')}" for key, value in content[table].items()]
     for table in ("identified_from", "sources"):
         if content[table]:
-            lines += ["", f"[{table}]", *(f"{json.dumps(key)} = {literal(value)}" for key, value in content[table].items())]
+            lines += ["", f"[{table}]", *(f"{json.dumps(key)} = {written(value)}" for key, value in content[table].items())]
     lines += [""]
     return "\n".join(lines)
 
@@ -232,15 +232,3 @@ def as_toml(vehicle: AirframeSection) -> str:
 def note(units: dict[str, str], key: str) -> str:
     unit = units.get(key, "")
     return f"  # {unit}" if unit else ""
-
-
-def literal(value: object) -> str:
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {literal(inside)}" for key, inside in value.items()) + " }"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, Iterable):
-        return "[" + ", ".join(literal(inside) for inside in value) + "]"
-    return repr(float(str(value)))

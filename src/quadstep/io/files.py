@@ -5,6 +5,7 @@ Output: a file appears whole, or what was there before stays; never half of it.
 """
 
 import contextlib
+import csv
 import io
 import os
 import secrets
@@ -133,6 +134,20 @@ def lines(path: Path, file: TextIO) -> Iterator[str]:
         if len(line) > LONGEST_LINE:
             raise UserError(f"{path}: line {number}: longer than {LONGEST_LINE} characters, the most that a table may have")
         yield line
+
+
+@contextlib.contextmanager
+def rows(path: Path, kind: FileKind, what: str) -> Iterator[Iterator[tuple[int, list[str]]]]:
+    """The rows of a CSV file that are not empty, each with the number of its line, while the block runs. what: it should be.
+
+    Raises UserError as `table` does, and in the block for what is no such file.
+    """
+    try:
+        with table(path, kind) as text:
+            read = csv.reader(text)
+            yield ((read.line_num, row) for row in read if row)
+    except (OSError, ValueError, csv.Error):
+        raise UserError(f"{path}: cannot be read as a {what}: not a text file of comma-separated values") from None
 
 
 WRITING = ".writing-"

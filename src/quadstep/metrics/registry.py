@@ -149,9 +149,8 @@ REPORTED = (
     LogMetric("attitude.{}.final", "error of an angle at the end", quantities.attitude_error, final),
     LogMetric("attitude.{}.error_settling", "when the error of an angle becomes and stays small", quantities.attitude_error,
            settling, unit="s"),
-    LogMetric("attitude.{}.angle_settling", "when an angle last comes close to its final "
-                                            "command", quantities.attitude_from_last,
-           settling, unit="s"),
+    LogMetric("attitude.{}.angle_settling", "when an angle last comes close to its final command",
+              quantities.attitude_from_last, settling, unit="s"),
     LogMetric("largest_tilt", "largest angle between thrust and vertical", quantities.tilt, Largest.of),
     LogMetric("overturned", "largest tilt after the vehicle was first within 90 degrees of "
                             "upright", quantities.tilt, overturned),
@@ -161,9 +160,8 @@ REPORTED = (
     LogMetric("{}.total_variation", "total absolute change of an input from row to row", quantities.inputs, Variation.of),
     LogMetric("rotors.least", "smallest thrust of any rotor", quantities.rotors, least),
     LogMetric("rotors.largest", "largest thrust of any rotor", quantities.rotors, greatest),
-    LogMetric("rotors.activity", "total absolute change of all rotor thrusts per "
-                                 "second", quantities.rotors, activity, (REAL, OTHER),
-           "N/s"),
+    LogMetric("rotors.activity", "total absolute change of all rotor thrusts per second", quantities.rotors, activity,
+              (REAL, OTHER), "N/s"),
     LogMetric("mean_thrust", "mean of the sum of the rotors' thrusts", quantities.total_thrust, mean, (REAL, OTHER)),
     LogMetric("saturated_share", "share of the rows at which the rotor limits reduced the command",
            quantities.saturation, mean),

@@ -2,7 +2,6 @@
 one by one; an autopilot's parameters, as part of the table [controller].
 """
 
-import csv
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from operator import attrgetter
@@ -40,12 +39,8 @@ def read_recording(
     Raises UserError for a missing file or column, a field that is no finite number, times that repeat or go backward, a
     recording that is too short, fewer than four rows and too many.
     """
-    with files.table(path, files.RECORDING) as lines:
-        table = csv.reader(lines)
-        try:
-            return read_table(path, ((table.line_num, row) for row in table if row), columns, angle_unit, shortest)
-        except (OSError, ValueError, csv.Error):
-            raise UserError(f"{path}: cannot be read as a path: not a text file of comma-separated values") from None
+    with files.rows(path, files.RECORDING, "path") as table:
+        return read_table(path, table, columns, angle_unit, shortest)
 
 
 def read_table(

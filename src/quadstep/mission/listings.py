@@ -2,6 +2,7 @@
 vehicles` lists: every vehicle that comes with the package, or one of a user's own, number by number.
 """
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from operator import attrgetter
 from pathlib import Path
@@ -79,12 +80,12 @@ def rounded(value: object) -> object:
 
 def written(value: object, stands_for_three: bool = False) -> str:
     """A value as TOML; of three equal ones that one number may stand for, that."""
-    if isinstance(value, tuple):
+    if isinstance(value, tuple | list):
         same = stands_for_three and len(set(value)) == 1
         return written(value[0]) if same else f"[{', '.join(map(written, value))}]"
     if isinstance(value, Mapping):
         return f"{{ {', '.join(f'{name} = {written(one)}' for name, one in value.items())} }}"
-    return f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else repr(value)
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else repr(value)
 
 
 def commented(line: str, *said: str) -> str:

@@ -5,7 +5,6 @@ header is not one, the walk goes on at the next message that is wanted, and the 
 size of the file, whatever is in it.
 """
 
-import csv
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -24,23 +23,16 @@ FEWEST_ROWS = 20
 
 def header_of(path: Path) -> list[str]:
     """The names of a CSV file's columns. Raises UserError."""
-    with files.table(path, files.LOG) as lines:
-        try:
-            header = [name.strip() for name in next(csv.reader(lines), [])]
-        except (OSError, ValueError, csv.Error):
-            raise unreadable(path) from None
-    check_header(path, header)
-    return header
+    with files.rows(path, files.LOG, "log") as table:
+        return first_of(path, table)
 
 
-def check_header(path: Path, header: list[str]) -> None:
-    """Refuses a table without names of columns. Raises UserError."""
+def first_of(path: Path, table: Iterator[tuple[int, list[str]]]) -> list[str]:
+    """The first row of a table. Raises UserError where it names no columns."""
+    header = [name.strip() for name in next(table, (0, []))[1]]
     if not any(name.strip("\0") for name in header):
         raise UserError(f"{path}: is empty; the first line of a log names its columns")
-
-
-def unreadable(path: Path) -> UserError:
-    return UserError(f"{path}: cannot be read as a log: not a text file of comma-separated values")
+    return header
 
 
 def read_columns(path: Path, columns: list[str]) -> dict[str, Floats]:
@@ -48,18 +40,13 @@ def read_columns(path: Path, columns: list[str]) -> dict[str, Floats]:
 
     Raises UserError for a missing column, a field that is not a number, truncated rows, too few rows or too many.
     """
-    with files.table(path, files.LOG) as lines:
-        table = csv.reader(lines)
-        try:
-            return collected(path, ((table.line_num, row) for row in table if row), columns)
-        except (OSError, ValueError, csv.Error):
-            raise unreadable(path) from None
+    with files.rows(path, files.LOG, "log") as table:
+        return collected(path, table, columns)
 
 
 def collected(path: Path, table: Iterator[tuple[int, list[str]]], columns: list[str]) -> dict[str, Floats]:
     """`read_columns` for rows, each with its line number."""
-    header = [name.strip() for name in next(table, (0, []))[1]]
-    check_header(path, header)
+    header = first_of(path, table)
     for name in columns:
         if name not in header:
             have = ", ".join(cut(one, 30) for one in header[:8]) + (", ..." if len(header) > 8 else "")
@@ -94,7 +81,7 @@ def wrong_field(path: Path, line: int, row: list[str], places: list[int], header
             float(text or math.nan)
         except ValueError:
             return UserError(f"{path}: line {line}, column {shorten(header[place])}: {shorten(text)} is not a number")
-    return unreadable(path)
+    raise ValueError(row)
 
 
 MOST_SAMPLES = 20_000_000
