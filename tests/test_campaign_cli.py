@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from quadstep.studies.campaign.flyer import Flyer
+from quadstep.studies.campaign.schema import read_campaign
 from tests.campaigns import (
     MASS,
     NOISY,
@@ -191,6 +192,8 @@ def test_its_first_sentence_names_limits_and_what_of_the_path_is_not_flown(tmp_p
     said = f"8 flights: 100 % succeed ({limits}; only the first 0.2 s of a path of 0.4 s are flown); the 95 % interval is "
     run = fly(path, tmp_path / "out")
     assert said in " ".join(run.out.split())
+    longer = written(tmp_path, '"path.duration" = {type="uniform", low=0.3, high=0.9}\n', short, "flights = 8\n")
+    assert read_campaign(longer).meaning == " (judged by reaching the end only, however large the error)"
     alone = quadstep("fly", tmp_path / "mission.toml", "--out", tmp_path / "flight")
     assert " mm; only the first 0.2 s of a path of 0.4 s are flown." in " ".join(alone.out.split())
     report = (tmp_path / "flight" / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")

@@ -175,6 +175,8 @@ def test_an_axis_that_makes_no_difference_is_named(tmp_path):
     assert answer(found).endswith(" No result depends on vehicle mass.")
     differs = found._replace(cells=cells._replace(largest=np.array([[[1.0, 2.0], [1.0, 2.1]]])))
     assert "No result" not in answer(differs)
+    lost = cells._replace(completed=0 * cells.completed, rmse=np.nan * rmse, mean=np.nan * rmse, largest=np.nan * rmse)
+    assert "No result" not in answer(found._replace(cells=lost))  # when they were lost may well depend on it
 
 
 def test_without_a_limit_flyable_is_said_to_be_to_the_end_only(tmp_path):
@@ -185,7 +187,7 @@ def test_without_a_limit_flyable_is_said_to_be_to_the_end_only(tmp_path):
         in run.out.replace("\n", " ")
     )
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "can be flown (judged by reaching the end only, however large the error): the limit" in report
+    assert "can be flown (judged by reaching the end only, however large the error): the map shows no limit" in report
 
 
 def test_the_same_map_again_is_the_same_whatever_the_span(case, tmp_path, monkeypatch):

@@ -1,14 +1,20 @@
-"""What `compare`, `campaign --until` and `--rare` decide, on draws and limit states whose truth is known."""
+"""What `compare`, `campaign`, its `--until` and `--rare` decide, on draws and limit states whose truth is known."""
 
 import math
+import re
 from collections.abc import Iterator
-from itertools import islice
+from itertools import count, islice
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 from scipy.stats import norm
 
 from quadstep.metrics.statistics import exact_share
+from quadstep.studies.campaign.report import explained
 from quadstep.studies.campaign.run import looks
+from quadstep.studies.campaign.schema import Campaign
+from quadstep.studies.campaign.sensitivity import ExplainedResult, certain, parts_of
 from quadstep.studies.comparison.answer import answer
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, ranks, result
@@ -16,7 +22,7 @@ from quadstep.studies.comparison.ranking import CellFlights
 from quadstep.studies.rare.cross_entropy import cross_entropy
 from quadstep.studies.rare.mixture import Points, Random
 from quadstep.studies.rare.summary import Crude, interval
-from tests.challenge.search import Search, covers
+from tests.challenge.search import Attempt, Search, covers
 
 METRIC = "position_rmse"
 METRICS = {METRIC: f"{METRIC}[m]"}
@@ -44,6 +50,48 @@ def equal_controllers(random: np.random.Generator) -> Iterator[bool]:
         yield all(pair.keeper is None for pair in pairs)
         results = tuple(result(at, name, own, METRICS, None) for at, each in cells.items() for name, own in each.items())
         yield "is best" not in answer(Comparison("", "", flights, 1, METRICS, tuple(cells), results, ranked))
+
+
+def lopsided(seed: int) -> Iterator[Attempt]:
+    """Controllers of which some win most flights and some the median, some are alike, and some lose flights: who is best has
+    the smallest median, wins against each other, and loses no more flights than any for sure.
+    """
+    random, where = np.random.default_rng(seed), Situation("", "", "")
+    for place in count():
+        flights, own, same = int(random.integers(1, 80)), {}, np.exp(random.normal(size=80))
+        humps, losing = random.random() < 0.5, random.choice([0.0, 0.0, 0.1, 0.6], 6)
+        for name in range(int(random.integers(2, 6))):
+            errors = same[:flights] * np.exp(
+                0.3 * random.normal(size=flights) * (random.random() < 0.8) + 0.2 * random.normal()
+            )
+            errors += 5.0 * (random.random(flights) < 0.5) * humps
+            own[str(name)] = flown(errors, random.random(flights) < losing[name])
+        ranked = ranks({where: own}, METRIC)
+        results = tuple(result(where, name, one, METRICS, None) for name, one in own.items())
+        said = answer(Comparison("", "", flights, 1, METRICS, (where,), results, ranked))
+        medians = {name: float(np.sort(one.ranked(METRIC))[(flights - 1) // 2]) for name, one in own.items()}
+        names = re.findall(r"\d+", said.partition(" is best" if " is best" in said else " smallest")[0])
+        good = all(medians[name] == min(medians.values()) for name in names)
+        for pair in ranked[where].pairs if names else ():
+            if names[0] in pair[:2]:
+                other = pair.second if pair.first == names[0] else pair.first
+                good &= " is best" not in said or (pair.winner == names[0] and pair.keeper != other)
+                unclear = re.split("flight|certainly", said.partition("not shown to be better")[2])[0]
+                good &= other != pair.winner or f" {other} " not in unclear.replace(",", " ").replace(".", " ")
+        yield Attempt(0.0 if good else 2.0, f"number {place} of seed {seed}: {said}")
+
+
+def idle_keys(random: np.random.Generator) -> Iterator[bool]:
+    """Keys that change nothing, beside one that does or none: no sentence of a campaign says that one of them does."""
+    nothing = cast(Campaign, SimpleNamespace(file=SimpleNamespace(correlated=[])))
+    while True:
+        flights, keys = int(random.choice([100, 400, 1000])), int(random.choice([3, 12, 40]))
+        x = random.random((keys, flights))
+        y = random.normal(size=flights) if random.random() < 0.7 else (random.random(flights) < 0.1).astype(float)
+        y = y + (3.0 * x[0] if (acts := random.random() < 0.5) else 0.0)
+        shares, pair, _ = explained(ExplainedResult(y), {str(i): parts_of(one) for i, one in enumerate(x)}, nothing)
+        idle = [one for name, one in shares.items() if not (acts and name == "0")]
+        yield not any(certain(one, len(shares)) for one in idle) and not (pair and certain(pair.share, pair.pairs))
 
 
 def looked_at(random: np.random.Generator) -> Iterator[bool]:
@@ -85,6 +133,16 @@ SEARCHES = [
         "compare, equal controllers",
         "with 95 % confidence no pair that is decided is wrong",
         covers(equal_controllers, batch=100),
+    ),
+    Search(
+        "compare, who is best",
+        "who is best has the smallest median, wins against all and loses no more flights for sure",
+        lopsided,
+    ),
+    Search(
+        "campaign, keys that do nothing",
+        "with 95 % confidence no key or pair is wrongly said to matter",
+        covers(idle_keys, batch=20),
     ),
     Search("until, interim looks", "the intervals of all looks hold the share of failures jointly", covers(looked_at)),
     Search(

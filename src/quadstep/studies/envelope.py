@@ -167,7 +167,7 @@ def answer(envelope: Envelope) -> str:
     how, more = f"{asked.campaign.meaning}{most_of(asked)}", f"{ends(envelope)}{idle(envelope)}"
     if all(one.flyable == one.cells for one in envelope.panels):
         whole = f"Every one of the {envelope.panels[0].cells} {over} can be flown{how}"
-        return f"{whole}: the limit lies outside this map or between its points.{more}"
+        return f"{whole}: the map shows no limit.{more}"
     first, *others = [(f"{one.flyable} of {one.cells}", f" with {one.name}" if one.name else "") for one in envelope.panels]
     parts = [f"{first[0]} {over} can be flown{first[1]}", *(f"{count}{where}" for count, where in others)]
     return f"{', '.join(parts)}{how}.{more}"
@@ -199,6 +199,7 @@ def idle(envelope: Envelope) -> str:
         for place, axis in axes
         if axis
         and len(axis.values) > 1
+        and cells.completed.any()  # else only outcomes are compared
         and all(np.array_equal(one, np.broadcast_to(one.take([0], place), one.shape), equal_nan=True) for one in results)
     ]
     return f" No result depends on {units.listed(keys, 'or')}." if keys else ""

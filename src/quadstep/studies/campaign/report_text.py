@@ -16,7 +16,7 @@ from quadstep.studies.campaign.manifest import FLIGHTS
 from quadstep.studies.campaign.pictures import ByKey
 from quadstep.studies.campaign.planner import SINGLY
 from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.campaign.sensitivity import Interaction
+from quadstep.studies.campaign.sensitivity import Interaction, certain
 from quadstep.studies.campaign.single_flight import replay_command
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import FEW, QUANTILES, CampaignSummary, WorstFlight, sentences, within
@@ -210,7 +210,7 @@ def ranking(
             lines.append(f"The causes of {name} are not analysed: {why}.")
             continue
         shares = {key: one[name] for key, one in estimates.items() if name in one}
-        clear = {key: one for key, one in shares.items() if one.low > 0.0}
+        clear = {key: one for key, one in shares.items() if certain(one, len(shares))}
         if clear:
             key = max(clear, key=lambda key: clear[key].value)
             most = "the largest share: " if len(shares) > 1 else ""
@@ -224,10 +224,10 @@ def ranking(
         if clear and len(shares) == 1:
             line += " The rest is due to whatever else is random in a flight, and to the coarseness of the estimate."
         elif clear and not campaign.file.correlated:
-            together = min(1.0, sum(one.value for one in shares.values()))
-            line += f" Taken one by one, the keys explain {100.0 * together:.3g} % together;"
-            line += " the rest is due to interactions and noise."
-        if pair and pair.share.low > 0.0:
+            together = min(1.0, sum(one.value for one in clear.values()))
+            line += f" Taken one by one, the {len(clear)} keys that matter for sure explain {100.0 * together:.3g} % together;"
+            line += " the rest is due to the others, interactions and noise."
+        if pair and certain(pair.share, pair.pairs):
             line += (
                 f" {units.listed([*map(words, pair.keys)])} together explain {percent(pair.share)} % more than each does alone"
                 f"{f' (the strongest of {pair.pairs} pairs)' if pair.pairs > 1 else ''}."

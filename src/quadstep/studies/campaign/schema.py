@@ -194,7 +194,7 @@ class Campaign(NamedTuple):
         else:
             rest = f"and by {listed(self.limits(' at most'))} only" if limits else "only, however large the error"
             said = [f"judged by reaching the end {rest}"]
-        if mission.cut and "simulation.duration" not in self.file.keys:
+        if mission.cut and not any(key == "simulation.duration" or key.startswith("path") for key in self.file.keys):
             said.append(mission.cut)
         return f" ({'; '.join(said)})".replace("\N{NO-BREAK SPACE}", " ")
 

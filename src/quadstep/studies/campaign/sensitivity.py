@@ -9,12 +9,13 @@ subtracted (as in the adjusted R^2). Intervals: bootstrap over flights, in a tho
 import functools
 import itertools
 from collections.abc import Mapping
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.metrics.statistics import LEVEL, Estimate
+from quadstep.metrics.statistics import LEVEL, TAIL, Estimate
 
 Numbers = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -113,6 +114,12 @@ def estimate(shares: Numbers) -> Estimate | None:
     ends = np.quantile(resampled, [0.5 * (1.0 - LEVEL), 0.5 * (1.0 + LEVEL)]) if len(resampled) else np.array([0.0, 1.0])
     value, low, high = np.clip([shares[0], *ends], 0.0, 1.0).tolist()
     return Estimate(value, min(low, value), max(high, value))
+
+
+def certain(one: Estimate, tests: int) -> bool:
+    """Whether a share is above zero: the chance that any of so many that are not is said to be stays below `TAIL`."""
+    wider = NormalDist().inv_cdf(TAIL / tests) / NormalDist().inv_cdf(TAIL)
+    return one.low > 0.0 and one.value > wider * (one.value - one.low)
 
 
 def first_order(result: ExplainedResult, keys: Mapping[str, FlightParts]) -> dict[str, Estimate]:

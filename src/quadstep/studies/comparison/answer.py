@@ -46,7 +46,7 @@ def answer(results: Comparison) -> str:
 
 def leading(results: Comparison, situation: Situation) -> tuple[str, list[str]]:
     """Who has the smallest median, nobody where all lose half of their flights; than whom it is not shown to be better by
-    more than next to nothing.
+    more than next to nothing, or loses more flights for sure.
     """
     medians = {one.controller: one.spreads[results.metric].median.value for one in results.of(situation)}
     best = min(medians, key=medians.__getitem__)
@@ -59,7 +59,7 @@ def leading(results: Comparison, situation: Situation) -> tuple[str, list[str]]:
         other
         for pair in results.ranked[situation].pairs
         for one, other in (pair[:2], pair[1::-1])
-        if pair.winner == best == one and not negligible(results, situation, pair)
+        if pair.winner == best == one and pair.keeper != other and not negligible(results, situation, pair)
     }
     return best, [name for name in medians if name not in (best, *beaten)]
 
@@ -82,13 +82,20 @@ def named(results: Comparison, found: dict[Situation, tuple[str, list[str]]], wo
         if not best:
             said.append(f"{start}{'every' if start else 'Every'} {results.kind} loses at least half of its flights.")
         elif rivals:
-            beside = f" ({median(results, where, rivals[0])})" if len(rivals) == 1 else ""
-            slight = any(negligible(results, where, pair) and best in pair[:2] for pair in results.ranked[where].pairs)
+            equal = tied(results, where, best)
+            pairs = [pair for pair in results.ranked[where].pairs if best in pair[:2]]
+            worse = [pair.winner for pair in pairs if pair.winner in rivals]
+            lossy = [pair.keeper for pair in pairs if pair.keeper in rivals]
+            left = [name for name in rivals if name not in (*equal, *worse, *lossy)]
+            beside = f" ({median(results, where, left[0])})" if len(left) == 1 else ""
+            slight = any(negligible(results, where, pair) for pair in pairs)
             by = f" by {100.0 * NEGLIGIBLE:g} % or more" if slight or results.ranked[where].copies else ""
-            said.append(
-                f"{start}{several([best])} has the smallest {words} ({worth(results, where, best)}), but is not shown to be "
-                f"better{by} than {several(rivals)}{beside}."
-            )
+            but = [f"is not shown to be better{by} than {several(left)}{beside}"] * bool(left)
+            but += [f"flight by flight is worse than {several(worse)}"] * bool(worse)
+            but += [f"certainly loses more flights than {several(lossy)}"] * bool(lossy)
+            has = "has" if equal == [best] else "share"
+            text = f"{start}{several(equal)} {has} the smallest {words} ({worth(results, where, best)})"
+            said.append(f"{text}{', but ' * bool(but)}{listed(but)}.")
     return " ".join(said)
 
 
@@ -125,7 +132,7 @@ def worth(results: Comparison, situation: Situation, best: str) -> str:
     text = median(results, situation, best)
     text += f", though it loses {percent(lost)} of its flights" if lost else ""
     text += f", but not as asked: {listed(grade.labels)}" if grade and grade.labels else ""
-    others = {name: one for name, one in cells.items() if name != best}
+    others = {name: one for name, one in cells.items() if name not in tied(results, situation, best)}
     if others and len(results.ranked) == 1:
         second = min(others, key=lambda name: others[name].spreads[results.metric].median.value)
         text += f", next {second} with {median(results, situation, second)}"
@@ -133,6 +140,15 @@ def worth(results: Comparison, situation: Situation, best: str) -> str:
     if len(losing) > 2:
         return f"{text}, while {len(losing)} others lose flights"
     return f"{text}, while {listed(losing)} of its flights" if losing else text
+
+
+def tied(results: Comparison, situation: Situation, best: str) -> list[str]:
+    """Who has the median and the mean rank of the best, itself among them."""
+    ranks = results.ranked[situation].ranks
+    places = {
+        one.controller: (one.spreads[results.metric].median.value, ranks[one.controller]) for one in results.of(situation)
+    }
+    return [name for name, place in places.items() if place == places[best]]
 
 
 def negligible(results: Comparison, situation: Situation, pair: Pair) -> bool:

@@ -8,7 +8,7 @@ from quadstep.metrics.registry import at_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.report.units import counted, listed, metric, prose
-from quadstep.studies.comparison.answer import SEVERAL, answer, leading, negligible, several, unit_of
+from quadstep.studies.comparison.answer import SEVERAL, answer, leading, negligible, several, tied, unit_of
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.ranking import ALPHA, Ranked, by_chance, fewest
@@ -199,13 +199,12 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
         return f"{every}; tracking is not compared. {losses}".strip()
     middle, share, grade = results[best].spreads[found.metric].median, results[best].lost.value, results[best].grade
     full, few = found.metrics[found.metric], math.isnan(middle.low) and not ranked.copies
-    places = {name: (one.spreads[found.metric].median.value, ranked.ranks[name]) for name, one in results.items()}
-    tied = [name for name, place in places.items() if place == places[best]]
-    has, its, whose = ("has", "its", "its") if len(tied) == 1 else ("share", "their", f"{best}'s")
+    equal = tied(found, situation, best)
+    has, its, whose = ("has", "its", "its") if len(equal) == 1 else ("share", "their", f"{best}'s")
     unit = unit_of(full)
     value = f"{unit.factor * middle.value:.3g}" if few or ranked.copies else interval_text(middle, unit.factor)
-    loses = f", though {best if tied[1:] else 'it'} loses {end_percent(100.0 * share)} % of its flights," if share else ""
-    text = f"{where}{several(tied)}{loses} {has} the smallest median {metric(full)[0]}, {value} {unit.name}"
+    loses = f", though {best if equal[1:] else 'it'} loses {end_percent(100.0 * share)} % of its flights," if share else ""
+    text = f"{where}{several(equal)}{loses} {has} the smallest median {metric(full)[0]}, {value} {unit.name}"
     text += f" ({counted(found.seeds, 'flight')} are too few for an interval)" if few else ""
     text += f", but in {whose} median flight, {listed(grade.reasons)}" if grade and grade.reasons else ""
     if ranked.copies:
@@ -213,7 +212,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     others: dict[str, list[str]] = {"significantly better": [], "not significantly better": [], "flight by flight worse": []}
     for pair in ranked.pairs:
         other = pair.second if pair.first == best else pair.first
-        if best in pair[:2] and other not in tied and not ranked.copies:
+        if best in pair[:2] and other not in equal and not ranked.copies:
             how = "not significantly better" if pair.winner is None else "significantly better"
             how = "flight by flight worse" if pair.winner == other else how
             slight = f" (by less than {100.0 * NEGLIGIBLE:g} %)" if negligible(found, situation, pair) else ""
