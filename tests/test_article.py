@@ -238,6 +238,9 @@ def test_links_of_the_text_set_a_figure_and_sliders_reach_their_ends(opened):
     assert page.locator("#lyapunov output").first.inner_text() == "15 /s"
     page.locator("#lyapunov button", has_text="Reset").click()
     assert until(page, lambda: "6.0 − 10 · 0.50 = 1.0 > 0: holds" in text.text_content())
+    for _ in range(11):
+        page.locator("#lyapunov input").first.press("ArrowRight")
+    assert until(page, lambda: "6.000 − 10 · 0.6030 = −0.030: does not hold" in text.text_content())
 
 
 def test_links_of_the_text_name_sliders_that_are_there():

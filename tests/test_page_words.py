@@ -59,6 +59,8 @@ def test_letters_of_symbols_have_the_face_of_formulas_and_words_and_units_do_not
     assert (names["Kr1"], names["Λ1"], names["filter frequency"]) == (["K"], ["Λ"], [])
     page.evaluate("quadstep.select('windy')")
     assert page.locator("#plot-attitude .legend i").all_text_contents() == []  # yaw, pitch, roll
+    assert page.locator("#plot-attitude-error .legend i").all_text_contents() == []
+    assert page.locator("#plot-wind .legend sub").all_text_contents() == ["x", "y", "z"]
 
 
 def test_a_control_shows_four_digits_and_flies_all(open_page):
@@ -147,3 +149,14 @@ def test_warnings_are_sentences(open_page):
     )
     assert len(warnings) > 1
     assert all(re.fullmatch(r"[A-Z][^\n]+[^.]\.", warning) for warning in warnings)
+    assert not page.locator("#story .stale-note").is_visible()
+    page.evaluate("quadstep.setControl('mass', 0.5)")
+    assert page.locator("#story .stale-note").is_visible()  # it is light enough now
+
+
+def test_paper_has_the_reason_that_a_telephone_leaves_to_the_badge(open_page):
+    page = open_page("#flight=hasty", width=360)
+    assert page.locator("#summary-words").is_hidden()
+    page.emulate_media(media="print")
+    assert "the numbers stop there" in page.locator("#summary-words").inner_text()
+    page.emulate_media(media="screen")

@@ -105,7 +105,7 @@ function start(): void {
         board.point(panels);
       });
     }
-    byId("claims").classList.toggle("stale", !shown.asFiled);
+    for (const id of ["story", "claims"]) byId(id).classList.toggle("stale", !shown.asFiled);
     before = data.id;
     if (!shown.dragged) address(fragment.write(settings, data, undefined, guide?.at.value), opened && !opening && another);
   });

@@ -46,12 +46,12 @@ export function pieces(text: string): Piece[] {
     const greek = Object.hasOwn(GREEK, name) ? GREEK[name]! : undefined;
     // In a line without words a letter is a symbol; after a number it is a unit.
     const letter = alone && whole.length === 1 && !/\d $/.test(text.slice(0, match.index));
-    const isSymbol = greek !== undefined || letter || ((name.length <= 2 || tail === "_d") && (digit !== "" || tail !== "") && !UNIT.test(name) && !PARAMETER.test(whole));
+    const isSymbol = greek !== undefined || letter || ((name.length <= 2 || /^_[dxyz]$/.test(tail)) && (digit !== "" || tail !== "") && !UNIT.test(name) && !PARAMETER.test(whole));
     if (!isSymbol) continue;
     const parts = [digit, ...tail.split("_")].filter(Boolean);
     const accents = parts.map((part) => (Object.hasOwn(ACCENTS, part) ? ACCENTS[part]! : "")).join("");
     const low = parts.filter((part) => !Object.hasOwn(ACCENTS, part)).map((part) => (Object.hasOwn(GREEK, part) ? GREEK[part]! : part));
-    found.push({ text: text.slice(done, match.index), low: false }, { text: (greek ?? name) + accents, low: false, symbol: !accents });
+    found.push({ text: text.slice(done, match.index), low: false }, { text: (greek ?? name) + accents, low: false, symbol: !accents && (greek ?? name).length === 1 });
     if (low.length) found.push({ text: low.join(" "), low: true });
     done = match.index + whole.length;
   }

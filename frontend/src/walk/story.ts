@@ -14,17 +14,21 @@ export function story(host: HTMLElement, claimed: HTMLElement, page: PageData, s
   fill(
     host,
     h("h2", { id: "flight-name", class: page.flights.length > 1 || data.name === page.title ? "named" : "" }, data.name),
+    data.note || data.warnings.length ? stale() : null,
     data.note ? h("p", { class: "lead" }, ...rich(data.note)) : null,
     !live ? h("p", { class: "why", id: "why-not" }, closed(data.whyNot || "Shown as recorded")) : null,
     ...data.warnings.map((warning) => h("p", { class: "why" }, ...rich(closed(`Warning: ${warning}`)))),
   );
   fill(
     claimed,
-    claims.length || data.facts.length ? h("p", { class: "stale-note" }, "You changed the settings; the text below still describes the original flight.") : null,
+    claims.length || data.facts.length ? stale() : null,
     claims.length ? h("div", { class: "claims" }, ...claims.map((claim) => card(claim, claims.length === 1, look))) : null,
     data.facts.length ? facts(data.facts) : null,
   );
 }
+
+/** Shown where what stands below no longer fits what flies. */
+const stale = (): HTMLElement => h("p", { class: "stale-note" }, "You changed the settings; the text below still describes the original flight.");
 
 function card(claim: Claim, open: boolean, look: (panels: readonly string[]) => void): HTMLElement {
   const verdict = h("span", { class: `verdict ${claim.verdict}`, title: claim.verdictText }, VERDICTS[claim.verdict]);

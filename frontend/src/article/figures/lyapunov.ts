@@ -28,6 +28,7 @@ export function lyapunov(): void {
     return () => {
       const flown = fly("lyapunov", { ...each("gains.slope_2", slope.value), ...each("gains.gain_2", gain.value) });
       const surplus = gain.value - J_MOST * slope.value;
+      const more = Math.abs(surplus) < 0.1 ? 2 : 0; // decimals, or it would be written as 0
       const [t, r1, r2] = [flown.times, flown.column("norm_r1"), flown.column("norm_r2")];
       const height = flown.column("lyapunov");
       const row = rowAt(flown, time);
@@ -78,7 +79,7 @@ export function lyapunov(): void {
         width,
         top + 170 + 38,
         text(8, 16, `K_r1 − mΛ_1 = 3 − 1 = 2 > 0: holds`, "c-ink"),
-        text(8, 36, `K_r2 − J_M Λ_2 = ${fixed(gain.value, 1)} − 10 · ${fixed(slope.value, 2)} = ${fixed(surplus, 1)}${surplus > 0 ? " > 0: holds" : ": does not hold"}`, surplus > 0 ? "c-ink" : "c-vermillion"),
+        text(8, 36, `K_r2 − J_M Λ_2 = ${fixed(gain.value, 1 + more)} − 10 · ${fixed(slope.value, 2 + more)} = ${fixed(surplus, 1 + more)}${surplus > 0 ? " > 0: holds" : ": does not hold"}`, surplus > 0 ? "c-ink" : "c-vermillion"),
         text(8, 56, flown.lost ? `the flight is ${flown.lost}` : `at ${fixed(t[row]!, 2)} s: L = ${fixed(height[row]!, 3)} J, its rate ${fixed(total[row]!, 3)} W`, total[row]! > 0.005 ? "c-vermillion" : "c-muted"),
         plane.framed(
           "|r_1| [m/s]",
