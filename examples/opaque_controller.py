@@ -11,7 +11,7 @@ MASS, INERTIA = 2.644, np.array([0.03, 0.03, 0.05])
 
 
 def controller(_, measured, reference):
-    """Thrust [N] and torque [N m] at a time, for what is measured and wanted: arrays."""
+    """Thrust [N] and torque [N m] at a time, for what is measured and desired: arrays."""
     w, x, y, z = measured.attitude
     up = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
     pull = 6 * (reference.position - measured.position) + 4 * (reference.velocity - measured.velocity)

@@ -29,8 +29,8 @@ class ProportionalDerivative(Controller):
         zero, rotation = vector(0.0, 0.0, 0.0), rotation_matrix(measured.attitude)
         pull = 6.0 * (reference.position - measured.position) + 4.0 * (reference.velocity - measured.velocity)
         force = gains.mass * (reference.acceleration + pull + vector(0.0, 0.0, 9.81))
-        wanted = desired_attitude(force, zero, zero, reference.yaw, 0.0).rotation
-        torque = gains.inertia * (-120.0 * vee_error(wanted, rotation) - 18.0 * measured.rates)
+        desired = desired_attitude(force, zero, zero, reference.yaw, 0.0).rotation
+        torque = gains.inertia * (-120.0 * vee_error(desired, rotation) - 18.0 * measured.rates)
         return Command(thrust=force @ up_axis(rotation), torque=torque), memory
 
 

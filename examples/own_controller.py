@@ -44,8 +44,8 @@ class CascadedPD(Controller):
     ) -> tuple[Command, Memory]:
         """One sample."""
         offset, drift = reference.position - measured.position, reference.velocity - measured.velocity
-        wanted = reference.acceleration + gains.k_p * offset + gains.k_v * drift + vector(0.0, 0.0, gains.gravity)
-        thrust, theta_d, phi_d = invert_force(gains.mass * wanted)
+        acceleration = reference.acceleration + gains.k_p * offset + gains.k_v * drift + vector(0.0, 0.0, gains.gravity)
+        thrust, theta_d, phi_d = invert_force(gains.mass * acceleration)
         desired = vector(reference.yaw, theta_d, phi_d)
         torque = gains.k_r * (desired - measured.attitude) - gains.k_w * measured.rates
         return Command(thrust, torque, desired), memory

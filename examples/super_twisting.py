@@ -55,7 +55,7 @@ class Gains(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """integral: v [m/s^2]. thrust axis and force that are wanted come from `guide`: force [N]. sliding: s [m/s]."""
+    """integral: v [m/s^2]. the desired thrust axis and force come from `guide`: force [N]. sliding: s [m/s]."""
 
     integral: Vector
     force: Vector
@@ -104,10 +104,10 @@ class SuperTwisting(Controller):
     ) -> tuple[Command, Memory]:
         """The attitude loop."""
         zero, rotation = vector(0.0, 0.0, 0.0), rotation_matrix(measured.attitude)
-        wanted = desired_attitude(memory.force, zero, zero, reference.yaw, reference.yaw_rate)
-        angular = -gains.k_R * vee_error(wanted.rotation, rotation) - gains.k_w * measured.rates
+        desired = desired_attitude(memory.force, zero, zero, reference.yaw, reference.yaw_rate)
+        angular = -gains.k_R * vee_error(desired.rotation, rotation) - gains.k_w * measured.rates
         torque = gains.inertia * angular + cross(measured.rates, gains.inertia * measured.rates)
-        attitude = yaw_pitch_roll(quaternion_of(wanted.rotation))
+        attitude = yaw_pitch_roll(quaternion_of(desired.rotation))
         return Command(memory.force @ up_axis(rotation), torque, attitude, r1=memory.sliding), memory
 
     def conditions(self, gains: Gains, model: Model) -> list[Condition]:
