@@ -199,8 +199,8 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
     """Amplitude spectral densities of the measured rates and of the residuals. place: of the flight among the others."""
     name = f"{FIGURES}/spectra{place}"
     with drawing(SVG):
-        sheet = new_figure(SVG, COLUMN, 2.8)
-        sheet.subplots_adjust(0.08, 0.18, 0.99, 0.9, 0.3)
+        sheet = new_figure(SVG, COLUMN, 3.2)
+        sheet.subplots_adjust(0.08, 0.155, 0.99, 0.8, 0.3)
         first: Axes | None = None
         for axis, turn in enumerate(AXES):
             panel = sheet.add_subplot(1, 3, axis + 1, sharey=first)
@@ -212,12 +212,11 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
                              label=f"residual, {horizon} ahead", **style)  # fmt: skip
             plain_decades(panel.xaxis)
             panel.yaxis.set_major_formatter(Powers())
-            panel.set_title(f"{turn} rate")
             panel.set_xlabel("frequency [Hz]")
             if first is None:
                 first = panel
-                panel.legend(loc="lower left")
-            panel.set_ylabel("°/s per √Hz")
+                panel.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1)
+            panel.set_ylabel(f"{turn} rate [°/s per √Hz]")
         write_figure(sheet, out / name, SVG)
     return Figure(name, "Spectra of the rates and of what predictions miss of them: the vehicle explains a frequency as far "
                         "as the residual is below the measurement.")  # fmt: skip

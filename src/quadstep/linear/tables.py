@@ -257,7 +257,7 @@ def mark(axes: Axes, place: int, at: float, line: float, end: float, text: str) 
 def draw_nyquist(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
     """L in the complex plane around -1, with the unit circle, on which only the phase differs from -1."""
     with drawing(sheet):
-        figure = new_figure(sheet, PHONE, 4.1, 3.4)
+        figure = new_figure(sheet, PHONE, 3.7, 3.4)
         axes = figure.subplots()
         margins(figure, sheet, 0.15, 0.115, 0.965, 0.97)
         turn = np.linspace(0.0, 2.0 * math.pi, 361)
