@@ -41,6 +41,7 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     }  # fmt: skip
     found, about = (strict_json(tmp_path / "out" / name) for name in ("certificate.json", "metrics.json"))
     assert "\nThis flight neither confirms nor refutes Theorem 5.1" in run.out
+    assert "To test it, hover with an initial yaw error, a large K_r1, no nets and no disturbance." in run.out
     assert f"In numbers: {found['verdict']}.\n" in run.out
     assert about["verdict"] == found["verdict"]
     assert found["kind"] == about["kind"] == "untested"

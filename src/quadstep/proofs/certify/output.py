@@ -60,7 +60,7 @@ def of_ball(c: FlightCertificate) -> str:
 ANSWERS = {
     "conditions broken": "This flight breaks conditions that the proof of Theorem 5.1 needs, so it says nothing of it",
     "untested": "This flight neither confirms nor refutes Theorem 5.1: its conditions hold, and the error never left the ball "
-    "outside which L should fall",
+    "outside which L should fall. To test it, hover with an initial yaw error, a large K_r1, no nets and no disturbance",
     "sign consistent": "This flight agrees with Theorem 5.1: its conditions hold, and L fell at every sample where it should",
     "rising between samples": "This flight neither confirms nor refutes Theorem 5.1: its conditions hold, and L_dot is "
     "negative wherever it should be, but a command is held for a control period, in which the error can leap over the ball",
