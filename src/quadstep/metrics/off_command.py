@@ -20,8 +20,7 @@ def off_command(log: FlightLog, why: str) -> str:
         angle: abs(math.degrees(np.unwrap(log.column(f"{angle}_d") - log.column(angle))[late].mean()))
         for angle in ("pitch", "roll")
     }
-    angle = "roll" if off["roll"] > off["pitch"] else "pitch"
+    angle, half = max(off, key=lambda one: off[one]), "in the second half of the flight"
     if not (wind >= WIND and off[angle] >= FROM):
         return ""
-    half = "in the second half of the flight"
     return f"In this wind {angle} is on average {off[angle]:.0f}° off its command {half}; one reason: {why}."

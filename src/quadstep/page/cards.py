@@ -117,8 +117,7 @@ def file_label(name: str) -> str:
 def card(result: ResultFolder) -> str:
     """One result: its picture and name lead to its page or report; then every file."""
     place = result.place.as_posix()
-    places = ((escape(address(result, name)), escape(file_label(name))) for name in result.files)
-    links = " ".join(f'<a href="{file}">{label}</a>' for file, label in places)
+    links = " ".join(f'<a href="{escape(address(result, one))}">{escape(file_label(one))}</a>' for one in result.files)
     try:
         written = time.strftime("%Y-%m-%d %H:%M", time.localtime(result.changed))
     except (ValueError, OverflowError):  # a time that no calendar has
@@ -129,8 +128,7 @@ def card(result: ResultFolder) -> str:
         "grade": result.grade, "rmse": "" if result.rmse is None else f"{result.rmse!r}",
     }  # fmt: skip
     attributes = " ".join(f'data-{key}="{escape(value)}"' for key, value in data.items())
-    href, told = escape(best(result)), facts_tile(result)
-    drawn = picture(result)
+    href, told, drawn = escape(best(result)), facts_tile(result), picture(result)
     box = "" if result.kind == "Article" else f'<label><input type="checkbox" value="{escape(place)}"> compare</label>'
     shown = drawn and f'<a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{drawn}</a>'
     return (

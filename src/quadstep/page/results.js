@@ -25,9 +25,8 @@
     if (event.target.checked) picked.push(place); else picked.splice(picked.indexOf(place), 1);
     if (picked.length > 2) list.querySelector(`input[value="${CSS.escape(picked.shift())}"]`).checked = false;
     const chosen = picked.map(one => cards.find(card => card.dataset.place === one).dataset), kind = chosen[0]?.kind;
-    for (const card of cards) {
-      const box = card.querySelector("input"), other = kind && card.dataset.kind !== kind;
-      if (!box) continue; // nothing to compare in it
+    for (const box of list.querySelectorAll("input")) {
+      const other = kind && box.closest("li").dataset.kind !== kind;
       box.disabled = other;
       box.nextSibling.textContent = other ? ` not a ${kind.toLowerCase()}: cannot be compared with it` : " compare";
     }

@@ -113,14 +113,11 @@ def printed_roll(force: Sequence[Number]) -> Number:
 
 def ball(kappa: Number, weights: Number, error: Number, least_gain: Number) -> tuple[Number, Number]:
     """(b_r, b_r as Eq. 63 prints it), of |W| <= weights, |eps_v| <= error and |K_v|_min."""
-    return _radius(weights, error, kappa) / least_gain, _radius(weights, error, 1.0) / least_gain
+    right, printed = (cast(Number, error_radius(weights, error, one, 1.0)) / least_gain for one in (kappa, 1.0))
+    return right, printed
 
 
-def _radius(weights: Number, error: Number, kappa: Number) -> Number:
-    """b_r for a |K_v|_min of 1."""
-    return cast(Number, error_radius(weights, error, kappa, 1.0))
-
-
+CAPTION = re.compile(r'<figure id="(\w+)".*?<b>Figure \d\. (.*?)\.?</b>', re.DOTALL)
 QUOTE = re.compile(r"(?<!\w)'(.+?)'(?!\w)")
 TITLE = "Backstepping a quadrotor, explained"
 HERE = "quadstep.proofs.article"
@@ -192,14 +189,14 @@ def law_and_data() -> tuple[dict[str, object], str]:
 
 def tools() -> str:
     """The package's functions that figures call by themselves, as a JavaScript object."""
-    made = [
-        function("invert", ("x", "y", "z"), lambda x, y, z: invert_force(Vector((x, y, z)))),
-        function("printedRoll", ("x", "y", "z"), lambda x, y, z: [printed_roll((x, y, z))]),
-        function("direction", ("theta", "phi"), lambda theta, phi: [*thrust_direction(Vector((0.0, theta, phi)))]),
-        function("ball", ("kappa", "weights", "error", "gain"), ball),
-    ]
-    names = ",".join(("invert", "printedRoll", "direction", "ball"))
-    return "\n".join(["(()=>{'use strict';", library(), *made, f"return{{{names}}}}})()"])
+    laws: dict[str, tuple[Sequence[str], Callable[..., Sequence[Number]]]] = {
+        "invert": ("xyz", lambda x, y, z: invert_force(Vector((x, y, z)))),
+        "printedRoll": ("xyz", lambda x, y, z: [printed_roll((x, y, z))]),
+        "direction": (("theta", "phi"), lambda theta, phi: [*thrust_direction(Vector((0.0, theta, phi)))]),
+        "ball": (("kappa", "weights", "error", "gain"), ball),
+    }
+    made = [function(name, *one) for name, one in laws.items()]
+    return "\n".join(["(()=>{'use strict';", library(), *made, f"return{{{','.join(laws)}}}}})()"])
 
 
 def function(name: str, arguments: Sequence[str], law: Callable[..., Sequence[Number]]) -> str:
@@ -213,8 +210,9 @@ def function(name: str, arguments: Sequence[str], law: Callable[..., Sequence[Nu
 
 def body() -> str:
     """The text, with formulas, still figures and what `quadstep verify` found in their places."""
-    facts = json.loads(read("facts.json"))
+    facts, text = json.loads(read("facts.json")), read("text.html")
     values = {
+        "contents": "".join(f'<li><a href="#{name}">{said}</a></li>' for name, said in CAPTION.findall(text)),
         "rows": str(facts["rows"]),
         "checks": f"{facts['checks']:,}",
         "wrong": str(len(facts["wrong"])),
@@ -226,7 +224,7 @@ def body() -> str:
         kind, _, name = match[1].partition(" ")
         return still(name) if kind == "still" else values[kind]
 
-    return re.sub(r"\{\{([\w -]+)\}\}", put, typeset(read("text.html"), around=str))
+    return re.sub(r"\{\{([\w -]+)\}\}", put, typeset(text, around=str))
 
 
 def read(name: str) -> str:
