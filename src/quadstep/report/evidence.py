@@ -17,11 +17,6 @@ from quadstep.report.units import numerals, rich
 TABLE = "table.tex"
 
 
-def plain_numbers(text: str) -> str:
-    """Text in which nothing is a symbol, as HTML with its numbers as people write them."""
-    return numerals(escape(text))
-
-
 class TableSection(NamedTuple):
     """A section of the report; without a title, more of the one before. text: a paragraph, before the table if there is one.
 
@@ -122,7 +117,7 @@ class Evidence(NamedTuple):
         """report.html. out: where its figures are."""
         texts = [
             *map(markup.paragraph, self.more),
-            *(markup.paragraph(f"Warning: {one}", plain_numbers) for one in self.warnings),
+            *(markup.paragraph(numerals(f"Warning: {one}"), escape) for one in self.warnings),
         ]
         summary = markup.summary(" ".join([self.answer, *self.graded]), self.facts, [one.html(out) for one in self.figures])
         sections = [one if isinstance(one, str) else one.html(out) for one in self.sections]

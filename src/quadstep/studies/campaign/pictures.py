@@ -155,25 +155,20 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
     """A bar for each key and each explained quantity. ranking: by key, then by quantity; the first on top."""
     explained = list(dict.fromkeys(name for found in ranking.values() for name in found))
     with drawing(sheet):
-        height = 0.9 + 0.24 * len(ranking) * (len(explained) + 0.5)
+        above = 0.17 + 0.16 * len(explained)
+        height = 0.58 + above + 0.24 * len(ranking) * (len(explained) + 0.5)
         figure = new_figure(sheet, PHONE, height)
         axes = figure.subplots()
         names = [wrapped(key, 0.4 * sheet.inches(PHONE), rcParams["font.size"]) for key in ranking]
         widest = max(len(line) for name in names for line in name.split("\n"))
-        margins(figure, sheet, min(0.45, 0.06 + 0.019 * widest), 0.45 / height, 0.97, 1.0 - 0.32 / height)
+        margins(figure, sheet, min(0.45, 0.06 + 0.019 * widest), 0.45 / height, 0.97, 1.0 - above / height)
         step = len(explained) + 0.5
         for place, (name, colour) in enumerate(zip(explained, ("0.35", "white"), strict=False)):
             rows = [i * step + place for i in range(len(ranking))]
             found = [estimates.get(name) for estimates in ranking.values()]
             known = [(row, one) for row, one in zip(rows, found, strict=True) if one]
-            axes.barh(
-                [row for row, _ in known],
-                [100.0 * one.value for _, one in known],
-                0.8,
-                color=colour,
-                edgecolor=LINE,
-                label=name,
-            )
+            shares = [100.0 * one.value for _, one in known]
+            axes.barh([row for row, _ in known], shares, 0.8, color=colour, edgecolor=LINE, label=name)
             for row, one in known:
                 axes.plot([100.0 * one.low, 100.0 * one.high], [row, row], color=LIMIT, linewidth=1.4, solid_capstyle="butt")
                 axes.text(
@@ -185,7 +180,7 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
         axes.set_xlabel("share of the variance [%], 95 % interval")
         axes.grid(axis="y", visible=False)
         if sheet.width is None:
-            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1)
         else:
             figure.legend(loc="outside upper left", ncols=sheet.side_by_side(2, 2.0))
         write(figure, path, sheet)
