@@ -28,6 +28,8 @@ PROOFS = tuple(f"test_{name}" for name in (*ROOMS, "control_mutations"))
 
 QUICK, BROWSED = 0.1, 1.5
 """About what a test takes that is not recorded as slow, and one that opens a page in a browser [s]."""
+BROWSERS = frozenset(("browsers", "firefox"))
+"""Fixtures."""
 
 bars.EVERY = math.inf  # on a busy machine a stage may take a minute, and would say so
 gc.set_threshold(SELDOM)  # as the command line does
@@ -100,7 +102,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         one = seconds.get(durations.function(item.nodeid))
         if one is not None:
             item.add_marker(pytest.mark.slow)
-        cost[item.path] += one or (BROWSED if "browsers" in getattr(item, "fixturenames", ()) else QUICK)
+        cost[item.path] += one or (QUICK if BROWSERS.isdisjoint(getattr(item, "fixturenames", ())) else BROWSED)
     items.sort(key=lambda item: -cost[item.path])
     for item in items:
         parameters = item.callspec.params.values() if isinstance(item, pytest.Function) and hasattr(item, "callspec") else ()
