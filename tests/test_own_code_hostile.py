@@ -163,6 +163,29 @@ def test_what_a_law_gives_or_declares_is_refused(tmp_path, said, changes):
     assert said in str(error.value)
 
 
+WRONG_SHAPE = "def fly(t, measured, reference):\n    return 9.8, (0.0, 0.0)\n"
+METRIC = "from quadstep.own import Metric\n\nclass Sum(Metric):\n    name = unit = 'm'\n    def start(self): return 0.0\n"
+
+
+@pytest.mark.parametrize(("text", "kind", "said"), [
+    ("def fly(t, measured):\n    return 1.0\n", "law.py:fly", "should be declared as fly(t, measured, reference) (law.py:1)"),
+    (WRONG_SHAPE, "law.py:fly",
+        "should return thrust and torque, like (9.8, (0.0, 0.0, 0.0)), not (9.8, (0.0, 0.0)) (law.py:1)"),
+    (law(law="return 3.0"), "law.py:Hover", "law: should return a Command and the memory; it returns float (law.py:"),
+    (METRIC + "    def add(self, sums): return sums\n    def value(self, sums): return sums\n", "law.py:Sum",
+        "metrics: law.py:Sum: add: should be declared as add(self, sums, sample) (law.py:6)"),
+])  # fmt: skip
+def test_what_code_of_ones_own_takes_and_gives_is_named_by_file_and_line(tmp_path, text, kind, said):
+    path = mission(tmp_path, text, kind)
+    if kind.endswith("Sum"):
+        controller = path.read_text().replace('"law.py:Sum"', '"geometric"')
+        path.write_text(f'metrics = ["law.py:Sum"]\n{controller}')
+    run = command(tmp_path, "fly", path.name, "--out", "out")
+    assert run.refused, run
+    assert said in run.err
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize(("text", "said"), [
     ("import sys\nsys.exit()", "law.py:2: SystemExit; the line: sys.exit()"),
     ("raise GeneratorExit('x')", "law.py:1: GeneratorExit: x"),
@@ -254,8 +277,8 @@ def test_a_name_that_looks_like_code_can_be_tuned(tmp_path):
 
 @pytest.fixture
 def entry_point(monkeypatch):
-    """An installed entry point `hovering`, whose module is the standard library's json."""
-    found = EntryPoint("hovering", "json:dumps", doors.CONTROLLERS)
+    """An installed entry point `hovering`, whose module is the standard library's textwrap."""
+    found = EntryPoint("hovering", "textwrap:indent", doors.CONTROLLERS)
     monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [found] if group == found.group else [])
     doors.registered.cache_clear()
     yield
@@ -265,8 +288,8 @@ def entry_point(monkeypatch):
 @pytest.mark.usefixtures("entry_point")
 def test_an_entry_point_is_no_file_beside_the_mission(tmp_path):
     path = mission(tmp_path, law(), "hovering")
-    (tmp_path / "json.py").write_text("1 / 0")
-    assert read_mission(path).controller.controller.name == "dumps"
+    (tmp_path / "textwrap.py").write_text("1 / 0")
+    assert read_mission(path).controller.controller.name == "indent"
 
 
 @pytest.mark.usefixtures("entry_point")

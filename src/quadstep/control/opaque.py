@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from quadstep.interfaces.controller import Command, G, Measured, U
 from quadstep.interfaces.controller import Controller as Law
 from quadstep.interfaces.plant import Model, Reference
+from quadstep.io.user_code import defined_at
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.scan import call, raise_pending, register, release
 
@@ -148,7 +149,7 @@ def friendly(controller: Controller) -> Callable[[Array], list[float]]:
             return [float(thrust), float(x), float(y), float(z)]
         except (TypeError, ValueError) as error:
             said = f"should return thrust and torque, like (9.8, (0.0, 0.0, 0.0)), not {returned!r:.60}"
-            raise type(error)(said) from None
+            raise type(error)(f"{said}{defined_at(controller)}") from None
 
     return memoised(function)
 

@@ -3,11 +3,12 @@
 import builtins
 import contextlib
 import importlib
+import inspect
 import linecache
 import sys
 import traceback
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
@@ -89,6 +90,23 @@ def blamed(error: BaseException) -> tuple[str, int, str] | None:
             if frame.filename in FILES:
                 return frame.filename, frame.lineno or 0, said
     return None
+
+
+def defined_at(function: object) -> str:
+    """File and line of a user's function or method, in brackets after a blank; nothing for one of others."""
+    code = getattr(function, "__code__", None)
+    return f" ({Path(code.co_filename).name}:{code.co_firstlineno})" if code and code.co_filename in FILES else ""
+
+
+def check_callable(name: str, function: Callable[..., object], given: Sequence[str], owner: Sequence[str] = ()) -> None:
+    """Refuses a user's function or method that cannot be called with these arguments. owner: its `self`. Raises TypeError."""
+    with contextlib.suppress(ValueError):  # of one that tells no signature
+        takes = inspect.signature(function)
+        try:
+            takes.bind(*given)
+        except TypeError:
+            said = f"{name}: should be declared as {name}({', '.join((*owner, *given))})"
+            raise TypeError(f"{said}{defined_at(function)}") from None
 
 
 def message_of(error: BaseException) -> str:

@@ -21,7 +21,7 @@ from quadstep.interfaces.plant import Model
 from quadstep.io.doors import CONTROLLERS, Door, own_place
 from quadstep.io.errors import UserError, shorten, unknown_name
 from quadstep.io.places import Place
-from quadstep.io.user_code import blamed, load, user_error
+from quadstep.io.user_code import blamed, check_callable, load, user_error
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.own_thing import check_gain, or_own, unknown_type
 from quadstep.vehicle.paper import State
@@ -139,6 +139,10 @@ def as_controller(thing: object, place: Place, measures: type) -> type[Controlle
         if measures not in (Measured, State):
             said = "a function flies a real vehicle or the paper's plant; this vehicle needs a Controller"
             raise UserError(f"{place.text}: {said}")
+        try:
+            check_callable(place.name, thing, ("t", "measured", "reference"))
+        except TypeError as error:
+            raise UserError(f"{place.text}: {error}") from None
         return opaque_law(thing, place.name, measures)
     raise UserError(f"{place.text}: should be a subclass of quadstep.own.Controller, or a function")
 
@@ -170,14 +174,8 @@ def check_declared(law: type[Controller]) -> None:
 def check_methods(law: type[Controller]) -> None:
     """Refuses methods that cannot be called as the loop calls them. Raises TypeError."""
     for name in {"start": None, "law": None, "prepare": None} | dict.fromkeys(law.rates):
-        model = getattr(Controller, name, Controller.guide)
-        given = list(inspect.signature(model).parameters)
-        with contextlib.suppress(ValueError):  # of a function that tells no signature
-            takes = inspect.signature(getattr(object.__new__(law), name))
-            try:
-                takes.bind(*given[1:])
-            except TypeError:
-                raise TypeError(f"{name}: should be declared as {name}({', '.join(given)})") from None
+        owner, *given = inspect.signature(getattr(Controller, name, Controller.guide)).parameters
+        check_callable(name, getattr(object.__new__(law), name), given, [owner])
 
 
 def check_interface(law: type[Controller]) -> None:

@@ -3,6 +3,7 @@
 A mission names metrics likewise: of effort, `metrics = ["energy"]`, or of the user's own, `["my_metrics.py:Overshoot"]`.
 """
 
+import inspect
 import math
 import re
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
@@ -18,7 +19,7 @@ from quadstep.interfaces.gain import Gain, cached_by_class, declared, gains_in
 from quadstep.interfaces.log import Metric
 from quadstep.io.doors import CONTROLLERS, METRICS, OWN, named, own_place
 from quadstep.io.errors import UserError, listed, unknown_name
-from quadstep.io.user_code import load
+from quadstep.io.user_code import check_callable, load
 from quadstep.metrics.effort import EFFORT
 from quadstep.mission.check import INSIDE
 from quadstep.mission.derived import key_field
@@ -157,6 +158,13 @@ def own_class(kind: object, base: type, group: str, folder: Path) -> type | None
     lacking = sorted(getattr(thing, "__abstractmethods__", ()))
     if lacking:
         raise UserError(f"{kind}: has no {' and no '.join(f'`{name}`' for name in lacking)}, which {wanted} requires")
+    for name, model in inspect.getmembers(base, inspect.isfunction):
+        if not name.startswith("_"):
+            owner, *given = (key for key, one in inspect.signature(model).parameters.items() if one.default is one.empty)
+            try:
+                check_callable(name, getattr(object.__new__(thing), name), given, [owner])
+            except TypeError as error:
+                raise UserError(f"{kind}: {error}") from None
     return thing
 
 

@@ -24,6 +24,7 @@ from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import FlightLog, Metric
 from quadstep.interfaces.plant import Air, Plant, Reference
 from quadstep.io.errors import UserError
+from quadstep.io.user_code import defined_at
 from quadstep.metrics.registry import AT_REST, DELAYS, EFFORTS, LEAST_GAIN, LEAST_PHASE, Metrics
 from quadstep.metrics.verdict import graded
 from quadstep.mission.clock import ClockSection
@@ -306,4 +307,5 @@ def try_controller(name: str, loop: Loop, parameters: Any, start: Any, ticks: Ti
     except UserError as error:
         if drawn and isinstance(error, NotFiniteError):
             return
-        raise type(error)(f"controller: {name}: {error}") from None
+        method = getattr(loop.controller, str(error).partition(":")[0], None)
+        raise type(error)(f"controller: {name}: {error}{defined_at(method)}") from None
