@@ -12,6 +12,7 @@ from quadstep.mission.schema import Mission
 from quadstep.numbers import Matrix, Table, Vector, flatten, leaf_names, vector
 from quadstep.page.controllers import page_conditions, plain_sliders
 from quadstep.page.laws import widened
+from quadstep.proofs.certify.lyapunov import conditions
 from quadstep.studies.paper.cases import adaptive, nested
 from tests.pages import data_of, flown, fly_page, needs_node, value_of, write_page
 
@@ -232,6 +233,16 @@ def test_the_coupling_condition_is_that_of_the_certificate():
     coupling = page_conditions(plan.loop.controller, plan, given.vehicle.model())[-1]
     assert math.sqrt(value_of(coupling.left, parameters)) == pytest.approx(2 * 0.5 * math.sqrt(2.0 * 1.0))
     assert math.sqrt(value_of(coupling.right, parameters)) == pytest.approx(9.81)
+
+
+def test_conditions_are_those_of_the_vehicle_whose_mass_the_controller_gets_wrong():
+    given = mission({"vehicle": {"mass": 2.0}, "controller": {**PAPER, "mass": 1.0, "K_r1": 3.0, "Lambda1": 2.0}})
+    plan = given.plan(warn=False)
+    parameters = dict(zip(leaf_names(plan.parameters), flatten(plan.parameters), strict=True))
+    first, *_ = page_conditions(plan.loop.controller, plan, given.vehicle.model())
+    still = np.array([np.eye(3)])
+    surplus = conditions(plan, still, np.array([9.81])).position[0]  # K_r1 - m Lambda1: 3 - 2 * 2
+    assert value_of(first.left, parameters) - value_of(first.right, parameters) == pytest.approx(surplus) == -1.0
 
 
 class Unknown(NamedTuple):

@@ -85,8 +85,8 @@ def least_gains(gains: BacksteppingGains, mass: Number, j_m: Number) -> tuple[Ve
 
 
 def theorem_conditions(gains: BacksteppingGains, model: Model) -> list[Condition]:
-    """The gain conditions of Theorem 5.1, corrected, with the mass that the controller believes."""
-    outer, inner = least_gains(gains, gains.mass, largest_inertia(model.inertia))
+    """The gain conditions of Theorem 5.1, corrected, with the mass that flies, whatever the controller assumes."""
+    outer, inner = least_gains(gains, model.mass, largest_inertia(model.inertia))
     position = zip(AXES, gains.gain_1, outer, strict=True)
     attitude = zip(ANGLES, gains.gain_2, strict=True)
     return [
@@ -97,7 +97,7 @@ def theorem_conditions(gains: BacksteppingGains, model: Model) -> list[Condition
 
 def coupling_condition(gains: BacksteppingGains, model: Model) -> Condition:
     """u < 2 l_2 sqrt(k_1 k_2), squared, for the thrust of hovering: what the printed proof leaves out."""
-    outer, inner = least_gains(gains, gains.mass, largest_inertia(model.inertia))
+    outer, inner = least_gains(gains, model.mass, largest_inertia(model.inertia))
     k_1, k_2 = smallest(gains.gain_1 - outer), smallest(gains.gain_2) - inner
     l_2 = smallest(gains.slope_2)
     hover = model.mass * model.gravity
