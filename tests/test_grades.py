@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +53,13 @@ def test_a_vehicle_that_starts_upside_down_and_recovers_is_as_asked():
     metrics, _ = mission.flight_metrics(fly(mission.plan()))
     assert metrics["largest_tilt[rad]"] > 3.0
     assert graded(metrics).grade is FlightGrade.AS_ASKED
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.metric)
+def test_a_value_barely_over_its_limit_is_written_as_more_than_that(rule):
+    (reason,) = graded({"outcome": "completed", rule.metric: 1.0003 * rule.most}).reasons
+    value, limit = re.findall(r"\d+(?:\.\d+)?", reason)
+    assert float(value) > float(limit)
 
 
 def test_every_rule_is_broken_by_a_flight():

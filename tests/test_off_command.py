@@ -1,4 +1,4 @@
-"""Why an attitude stays off its command in wind: said where it does, by the report and on the page alike."""
+"""Why an attitude stays off its command in moving air: said where it does, by the report and on the page alike."""
 
 import re
 
@@ -8,6 +8,7 @@ import pytest
 from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
+from quadstep.metrics.off_command import off_command
 from quadstep.mission.read import read_mission
 from quadstep.page.build import fly_missions
 from quadstep.studies.flight_report import gain_rows, left_path, of_size, worst, write_report
@@ -15,20 +16,24 @@ from tests.commands import write
 from tests.needs import CHROMIUM, needs, package
 
 TEXT = """vehicle = {{ preset = "x500" }}
-path = {{ type = "minimum-jerk", end = [0.0, 0.0, 1.0], duration = 1.0 }}
+path = {{ type = "minimum-jerk", end = [{far}, 0.0, 1.0], duration = {lasts} }}
 controller = {{ type = "{law}" }}
 wind = {{ mean = [{wind}, 0.0, 0.0] }}
 simulation = {{ duration = 6.0 }}
 """
 
 SENTENCE = re.compile(
-    r"In this wind pitch is on average (\d+)° off its command in the second half of the flight; one reason: [^.<]*\."
+    r"In the second half of the flight pitch is on average (\d+)° off its command; one possible reason: [^.<]*\."
 )
 
 
-def said(folder, law, wind):
+def text_of(law, wind, far=0.0, lasts=1.0):
+    return TEXT.format(law=law, wind=wind, far=far, lasts=lasts)
+
+
+def said(folder, *flight):
     """What the report of a flight says of it."""
-    mission = read_mission(write(folder, TEXT.format(law=law, wind=wind)))
+    mission = read_mission(write(folder, text_of(*flight)))
     log = fly(mission.plan(folder))
     write(folder, "<svg></svg>", "attitude.svg")
     write_report(folder / "report.html", mission, log, mission.flight_metrics(log)[0], (), {"attitude": "Angles."})
@@ -44,6 +49,22 @@ def test_a_report_says_why_the_attitude_stays_off_its_command(tmp_path, law, win
     found = said(tmp_path, law, wind)
     assert (found is not None) == (off > 0)
     assert found is None or abs(int(found[1]) - off) <= 2
+
+
+@pytest.mark.parametrize(("wind", "off"), [(0.0, 15), (4.4, 0)])
+def test_drag_has_the_same_effect_in_calm_air_and_none_on_a_vehicle_that_flies_with_the_wind(tmp_path, wind, off):
+    found = said(tmp_path, "geometric", wind, 26.4, 6.0)
+    assert (int(found[1]) if found else 0) == pytest.approx(off, abs=2)
+
+
+@pytest.mark.parametrize(("off", "air", "says"), [(0.2, 2.0, True), (0.0, 2.0, False), (0.2, 0.0, False)])
+def test_an_attitude_that_has_turned_once_more_than_its_command_is_not_off_it_for_that(off, air, says):
+    pitch = np.array([0.0, 2.0, -2.2, 0.0, -off, -off, -off, -off])
+    columns = dict.fromkeys(("v_y", "v_z", "wind_x", "wind_y", "wind_z", "roll", "roll_d", "pitch_d"), 0.0 * pitch)
+    columns |= {"v_x": air + 0.0 * pitch, "pitch": pitch}
+    log = FlightLog(dict.fromkeys(columns, "-"), np.array([*columns.values()]).T, Outcome.COMPLETED, 1.0, None)
+    said = "In the second half of the flight pitch is on average 11° off its command; one possible reason: drag."
+    assert off_command(log, "drag") == (said if says else "")
 
 
 @pytest.mark.parametrize(("largest", "lowest"), [(9.0, 1.0), (33.0, 1.0), (33.0, -4.0)])
@@ -80,7 +101,7 @@ def test_an_error_is_said_as_a_share_of_the_size_of_a_path_that_moves(turns, sin
 @pytest.fixture(scope="module")
 def page_file(tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
-    return write(folder, fly_missions([write(folder, TEXT.format(law="geometric", wind=6.0))]), "page.html")
+    return write(folder, fly_missions([write(folder, text_of("geometric", 6.0))]), "page.html")
 
 
 @needs(CHROMIUM)
@@ -96,7 +117,7 @@ def test_the_page_says_the_same_and_no_more_once_the_wind_is_gone(open_page, tmp
 
 
 def test_a_report_has_the_gains_that_were_flown_and_says_which_are_defaults(tmp_path):
-    text = TEXT.format(law="geometric", wind=0.0).replace('"geometric"', '"geometric", k_R = 40.0')
+    text = text_of("geometric", 0.0).replace('"geometric"', '"geometric", k_R = 40.0')
     plain, late = (gain_rows(read_mission(write(tmp_path, one))) for one in (text, text + "sensors = { latency = 0.12 }\n"))
     given = {name: (value, origin) for name, value, _, origin, _ in plain}
     assert given["k_R"] == ("40.0", "")

@@ -188,7 +188,7 @@ export interface Controller {
   readonly start: readonly Num[];
   readonly controls: readonly Control[];
   readonly conditions: readonly Condition[];
-  /** Why the attitude stays off its command in a steady wind; "" if it does not. */
+  /** Why the attitude stays off its command in moving air; "" if it does not. */
   readonly offCommand: string;
 }
 

@@ -1,27 +1,31 @@
-// Why the attitude of a flight in wind stays off its command, where it does: as quadstep/metrics/off_command.py says it.
+// Why the attitude of a flight through air stays off its command, where it does: as quadstep/metrics/off_command.py says it.
 
-import { type Flight, difference, unwrapped } from "../data/flight";
+import { type Flight, difference } from "../data/flight";
 import type { Shown } from "../session";
 
 const FROM = 5; // degrees
-const WIND = 1; // m/s
+const AIR = 1; // m/s
 
 /** A sentence; "" where there is nothing to explain, or a flight went wrong in a way that explains it, too. */
 export function offCommand({ flight, given, graded }: Shown): string {
   const why = flight.held && graded.labels.every((label) => label === "large error") && given?.controller.offCommand;
-  const wind = Math.hypot(...["wind_x", "wind_y", "wind_z"].map((name) => late(flight, name)));
-  if (!why || !(wind >= WIND)) return "";
-  const [pitch, roll] = ["pitch", "roll"].map((angle) => (late(flight, `${angle}_d`, angle) * 180) / Math.PI) as [number, number];
-  const [angle, off] = Math.abs(roll) > Math.abs(pitch) ? ["roll", Math.abs(roll)] : ["pitch", Math.abs(pitch)];
-  const half = "in the second half of the flight";
-  return off >= FROM ? `In this wind ${angle} is on average ${off.toFixed(0)}° off its command ${half}; one reason: ${why}.` : "";
+  const air = Math.hypot(...["x", "y", "z"].map((axis) => mean(late(flight, `v_${axis}`, `wind_${axis}`))));
+  if (!why || !(air >= AIR)) return "";
+  const [pitch, roll] = ["pitch", "roll"].map((angle) => {
+    const turns = late(flight, `${angle}_d`, angle).map((value) => value / (2 * Math.PI));
+    return 360 * Math.abs(mean(turns.map((turn) => turn - Math.round(turn))));
+  }) as [number, number];
+  const [angle, off] = roll > pitch ? ["roll", roll] : ["pitch", pitch];
+  const said = `In the second half of the flight ${angle} is on average ${off.toFixed(0)}° off its command`;
+  return off >= FROM ? `${said}; one possible reason: ${why}.` : "";
 }
 
-/** The mean of a column, less another, in the second half of a flight. */
-function late(flight: Flight, name: string, minus?: string): number {
-  const column = flight.column(name);
-  const other = minus ? flight.column(minus) : undefined;
-  const values = column && (minus ? other && unwrapped(difference(column, other)) : column);
-  const second = values?.subarray(values.length >> 1);
-  return second?.length ? second.reduce((sum, value) => sum + value, 0) / second.length : Number.NaN;
+/** A column less another, in the second half of a flight; nothing where it has not both. */
+function late(flight: Flight, name: string, less: string): Float64Array {
+  const [column, other] = [flight.column(name), flight.column(less)];
+  return column && other ? difference(column, other).subarray(column.length >> 1) : new Float64Array();
+}
+
+function mean(values: Float64Array): number {
+  return values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : Number.NaN;
 }

@@ -30,10 +30,17 @@ export function markOf({ graded, whole }: { readonly graded: Graded; readonly wh
 
 export function grade(held: boolean, measures: Measures, rules: readonly Rule[]): Graded {
   if (!held) return { grade: "lost", reasons: [], labels: [] };
-  const broken = rules.filter(({ metric, most }) => (measures[metric] ?? 0) > most);
+  const broken = rules.map((rule) => ({ ...rule, value: measures[rule.metric] ?? 0 })).filter(({ value, most }) => value > most);
   return {
     grade: broken.length ? "flew, but" : "as asked",
-    reasons: broken.map(({ metric, text, factor }) => text.replace("{}", short(factor * (measures[metric] ?? 0), 3))),
+    reasons: broken.map(({ text, factor, value, most }) => text.replace("{}", above(factor * value, factor * most))),
     labels: broken.map(({ label }) => label),
   };
+}
+
+/** A number above another, to three digits, or as many more as show that it is. */
+function above(value: number, most: number): string {
+  let digits = 3;
+  while (digits < 15 && !(Number(value.toPrecision(digits)) > (1 + 1e-9) * most)) digits++;
+  return short(value, digits < 15 ? digits : 3);
 }

@@ -126,8 +126,18 @@ def graded(metrics: Mapping[str, object]) -> Graded:
     measured = scalars(dict(metrics))
     values = ((rule, measured.get(rule.metric)) for rule in RULES)
     broken = [(rule, value) for rule, value in values if value is not None and not value <= rule.most]
-    reasons = tuple(rule.text.format(f"{rule.factor * value:.3g}") for rule, value in broken)
+    reasons = tuple(rule.text.format(above(rule.factor * value, rule.factor * rule.most)) for rule, value in broken)
     return Graded(FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED, reasons, tuple(rule.label for rule, _ in broken))
+
+
+def above(value: float, most: float) -> str:
+    """A number above another, to three digits, or as many more as show that it is.
+
+    >>> above(2.5049, 2.0), above(2.0031, 2.0)
+    ('2.5', '2.003')
+    """
+    texts = [f"{value:.{digits}g}" for digits in range(3, 15)]
+    return next((text for text in texts if float(text) > (1.0 + 1e-9) * most), texts[0])
 
 
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
