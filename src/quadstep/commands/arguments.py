@@ -40,9 +40,8 @@ def problem_message(error: TyperException) -> str:
         return unknown_option(error.option_name, error.possibilities or ())
     text = error.format_message()
     if no_command := re.match(r"No such command ['\"](.*?)['\"]\.", text, re.DOTALL):
-        return unknown_command(
-            no_command[1], list(getattr(getattr(getattr(error, "ctx", None), "command", None), "commands", ()))
-        )
+        known = list(getattr(getattr(getattr(error, "ctx", None), "command", None), "commands", ()))
+        return f"unknown command {no_command[1]!r:.60}{did_you_mean(no_command[1], known)}"
     if not isinstance(error.__cause__, ValidationError):
         return worded(text)
     problem = error.__cause__.errors(include_url=False)[0]
@@ -65,11 +64,6 @@ def worded(text: str) -> str:
             likely = " ".join("".join(others).replace("'", "").split())
             return (said + (more if likely else "")).format(given, likely, SUCH_AS.get(given, ""))
     return text
-
-
-def unknown_command(given: str, names: Sequence[str]) -> str:
-    """That there is no such command, and which one may be meant."""
-    return f"unknown command {given!r:.60}{did_you_mean(given, names)}"
 
 
 def unknown_option(option: str, possible: Sequence[str]) -> str:

@@ -98,15 +98,17 @@ def defined_at(function: object) -> str:
     return f" ({Path(code.co_filename).name}:{code.co_firstlineno})" if code and code.co_filename in FILES else ""
 
 
-def check_callable(name: str, function: Callable[..., object], given: Sequence[str], owner: Sequence[str] = ()) -> None:
-    """Refuses a user's function or method that cannot be called with these arguments. owner: its `self`. Raises TypeError."""
+def check_callable(
+    name: str, function: Callable[..., object], given: Sequence[str], owner: Sequence[str] = (), whose: str = ""
+) -> None:
+    """Refuses a user's function or method that cannot be called with these arguments. owner: its `self`. Raises UserError."""
     with contextlib.suppress(ValueError):  # of one that tells no signature
         takes = inspect.signature(function)
         try:
             takes.bind(*given)
         except TypeError:
-            said = f"{name}: should be declared as {name}({', '.join((*owner, *given))})"
-            raise TypeError(f"{said}{defined_at(function)}") from None
+            said = f"{whose}{name}: should be declared as {name}({', '.join((*owner, *given))})"
+            raise UserError(f"{said}{defined_at(function)}") from None
 
 
 def message_of(error: BaseException) -> str:

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import UnionType
-from typing import Any, NamedTuple, TypeVar, Union, get_args, get_origin
+from typing import Any, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -46,40 +46,34 @@ def explained(
     vehicle = "vehicle." if "vehicle" in model.model_fields else ""  # where a table may start from another file
     if isinstance(error, UserError):
         return UserError(f"{source}: {vehicle}file: {error}")
-    every = sorted(mistakes(model, error.errors(include_url=False)), key=lambda one: one.problem["type"] != "extra_forbidden")
+    every = sorted(mistakes(model, error.errors(include_url=False)), key=lambda one: one[1]["type"] != "extra_forbidden")
     found: dict[str, str] = {}
     meant: set[str] = set()  # keys that misspelt ones stand for, which are not missing besides
-    for one in every:
-        key, said = describe(one.model, one.problem)
-        line = ".".join((*map(str, one.table), ": ".join(filter(None, (key, said)))))
-        key = ".".join(filter(None, (*map(str, one.table), key)))
-        file = blamed_file(content, (*one.table, *one.problem["loc"]), folder)
+    for inner, problem, table in every:
+        key, said = describe(inner, problem)
+        line = ".".join((*map(str, table), ": ".join(filter(None, (key, said)))))
+        key = ".".join(filter(None, (*map(str, table), key)))
+        file = blamed_file(content, (*table, *problem["loc"]), folder)
         if file:
             line = f"{vehicle}file: {file}: {re.sub('^vehicle(: |[.])', '', line) if vehicle else line}"
-        if one.problem["type"] == "extra_forbidden":
+        if problem["type"] == "extra_forbidden":
             meant |= {key[: key.rfind(".") + 1] + name for name in re.findall("did you mean (.*?)[?]", said)}
-        if one.problem["type"] != "missing" or key not in meant:
+        if problem["type"] != "missing" or key not in meant:
             found.setdefault(re.sub(r"\[\d+\]$", "", key), line)  # of a list, the first entry
     lines = [f"{source}: {line}" for line in found.values()]
     more = len(lines) - MOST_NAMED
     return UserError(*lines[:MOST_NAMED], *([f"{source}: and {more} more"] if more > 0 else []))
 
 
-class Mistake(NamedTuple):
-    """A problem that pydantic found. model: of what; table: where that is in the whole."""
-
-    model: type[BaseModel]
-    problem: Any
-    table: tuple[int | str, ...]
-
-
-def mistakes(model: type[BaseModel], every: Iterable[Any], table: tuple[int | str, ...] = ()) -> Iterator[Mistake]:
-    """Those of a model, and of the tables in it whose keys the user's own file declares."""
+def mistakes(
+    model: type[BaseModel], every: Iterable[Any], table: tuple[int | str, ...] = ()
+) -> Iterator[tuple[type[BaseModel], Any, tuple[int | str, ...]]]:
+    """Model, problem and place of the model's table, of each that pydantic found; also in tables of the user's own keys."""
     for one in every:
         if one["type"] == INSIDE:
             yield from mistakes(one["ctx"]["model"], one["ctx"]["problems"], (*table, *one["loc"]))
         else:
-            yield Mistake(model, one, table)
+            yield model, one, table
 
 
 def blamed_file(content: object, location: tuple[int | str, ...], folder: Path) -> Path | None:

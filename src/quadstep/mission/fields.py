@@ -88,22 +88,15 @@ LEAST, MOST = 1e-9, 1e9
 """Magnitudes a flight can be computed with: they may be squared, divided by, and counted in steps."""
 
 
-def at_least(least: float) -> AfterValidator:
-    """Refuses a value above zero but below this."""
+def at_least(least: float, unit: str = "") -> AfterValidator:
+    """Refuses a value above zero but below this. unit: after a blank."""
 
     def large_enough(value: float) -> float:
         if 0.0 < value < least:
-            raise ValueError(f"should be at least {least:g}, not {value:g}")
+            raise ValueError(f"should be at least {least:g}{unit}, not {value:g}")
         return value
 
     return AfterValidator(large_enough)
-
-
-def long_enough(value: float) -> float:
-    """Refuses a time below a millisecond."""
-    if value < 1e-3:
-        raise ValueError(f"should be at least 0.001 s, not {value:g}")
-    return value
 
 
 def in_radians(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -121,7 +114,7 @@ Several = Annotated[tuple[Entry, ...], BeforeValidator(as_tuple)]
 
 Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, le=MOST, allow_inf_nan=False), at_least(LEAST)]
-Duration = Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False), AfterValidator(long_enough)]
+Duration = Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False), at_least(1e-3, " s")]
 """Seconds that something takes; shorter is a slip of the pen, and its powers leave the range of numbers."""
 
 NonNegative = Annotated[float, Field(ge=0.0, le=MOST, allow_inf_nan=False), at_least(LEAST)]

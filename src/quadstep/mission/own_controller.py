@@ -139,10 +139,7 @@ def as_controller(thing: object, place: Place, measures: type) -> type[Controlle
         if measures not in (Measured, State):
             said = "a function flies a real vehicle or the paper's plant; this vehicle needs a Controller"
             raise UserError(f"{place.text}: {said}")
-        try:
-            check_callable(place.name, thing, ("t", "measured", "reference"))
-        except TypeError as error:
-            raise UserError(f"{place.text}: {error}") from None
+        check_callable(place.name, thing, ("t", "measured", "reference"), whose=f"{place.text}: ")
         return opaque_law(thing, place.name, measures)
     raise UserError(f"{place.text}: should be a subclass of quadstep.own.Controller, or a function")
 
@@ -172,7 +169,7 @@ def check_declared(law: type[Controller]) -> None:
 
 
 def check_methods(law: type[Controller]) -> None:
-    """Refuses methods that cannot be called as the loop calls them. Raises TypeError."""
+    """Refuses methods that cannot be called as the loop calls them. Raises UserError."""
     for name in {"start": None, "law": None, "prepare": None} | dict.fromkeys(law.rates):
         owner, *given = inspect.signature(getattr(Controller, name, Controller.guide)).parameters
         check_callable(name, getattr(object.__new__(law), name), given, [owner])

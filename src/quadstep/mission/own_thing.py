@@ -161,10 +161,7 @@ def own_class(kind: object, base: type, group: str, folder: Path) -> type | None
     for name, model in inspect.getmembers(base, inspect.isfunction):
         if not name.startswith("_"):
             owner, *given = (key for key, one in inspect.signature(model).parameters.items() if one.default is one.empty)
-            try:
-                check_callable(name, getattr(object.__new__(thing), name), given, [owner])
-            except TypeError as error:
-                raise UserError(f"{kind}: {error}") from None
+            check_callable(name, getattr(object.__new__(thing), name), given, [owner], f"{kind}: ")
     return thing
 
 
