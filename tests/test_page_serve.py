@@ -645,6 +645,28 @@ def test_an_article_has_its_own_title_and_no_place_or_picture_that_says_nothing(
     assert '<p class="place"></p>' in text and 'class="thumb"' not in text
 
 
+def test_pages_of_another_kind_in_one_folder_have_a_card_each_without_a_picture_or_a_comparison(tmp_path):
+    def page(kind: str, answer: str) -> str:
+        return f'<title>{kind} of mine</title><span>quadstep · {kind}</span><p class="answer">{answer}</p>'
+
+    (tmp_path / "case-proof.json").write_text("{}")
+    (tmp_path / "case-proof.html").write_text(page("Proof", "Proved."))
+    (tmp_path / "mine.html").write_text(page("Identification", "Fitted."))
+    (tmp_path / "chart.png").write_bytes(b"PNG")
+    found = results(tmp_path)
+    assert [(one.kind, one.says, one.files) for one in found] == [
+        ("Proof", "Proved.", ("case-proof.html",)), ("Identification", "Fitted.", ("mine.html",)),
+    ]  # fmt: skip
+    text = answer(tmp_path, "/").text
+    assert "<option>Proof</option>" in text and "checkbox" not in text and 'class="thumb"' not in text
+
+    (tmp_path / "report.html").write_text(page("Campaign", "Fine."))
+    (tmp_path / "more.html").write_text(page("Campaign", "More."))
+    campaign, *others = results(tmp_path)
+    assert (campaign.kind, campaign.files) == ("Campaign", ("report.html", "more.html"))
+    assert [one.kind for one in others] == ["Proof", "Identification"]
+
+
 def test_a_folder_without_results_says_what_makes_some(tmp_path):
     assert "<code>quadstep fly</code>" in answer(tmp_path, "/").text
 

@@ -10,7 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from urllib.parse import quote
 
-from quadstep.page.folder import ResultFolder
+from quadstep.page.folder import REPORTS, ResultFolder
 from quadstep.report import units
 from quadstep.report.markup import page_text, paragraph
 
@@ -129,7 +129,7 @@ def card(result: ResultFolder) -> str:
     }  # fmt: skip
     attributes = " ".join(f'data-{key}="{escape(value)}"' for key, value in data.items())
     href, told, drawn = escape(best(result)), facts_tile(result), picture(result)
-    box = "" if result.kind == "Article" else f'<label><input type="checkbox" value="{escape(place)}"> compare</label>'
+    box = "" if result.files[0] not in REPORTS else f'<label><input type="checkbox" value="{escape(place)}"> compare</label>'
     shown = drawn and f'<a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{drawn}</a>'
     return (
         f'<li {attributes}>{shown}<div class="card">'

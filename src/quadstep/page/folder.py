@@ -45,11 +45,11 @@ REPORTS = (
 
 
 class ResultFolder(NamedTuple):
-    """A folder with results.
+    """A result: a folder, or a page of its own in one.
 
-    place: below the folder that is served. says: how the flight ended, or what the report answers. changed: when its newest
-    file was written, seconds since 1970. files: names of what can be opened, the best first. kind: what it is of. picture: a
-    PNG of it, from there. rmse: of the position [m], of a flight that was not lost. grade: of a flight, as in
+    place: the folder, below the one that is served. says: how the flight ended, or what the report answers. changed: when its
+    newest file was written, seconds since 1970. files: names of what can be opened, the best first. kind: what it is of.
+    picture: a PNG of it, from there. rmse: of the position [m], of a flight that was not lost. grade: of a flight, as in
     `quadstep.metrics.verdict`; empty if not known. facts: the first numbers of its report, what each is of and its value.
     """
 
@@ -98,9 +98,9 @@ PICTURES = (
 
 
 def results(root: Path) -> list[ResultFolder]:
-    """All folders below `root` that hold a result, by place. Links are not followed."""
-    found = [result_in(root, Path(folder)) for folder in walk(root)]
-    return sorted((result for result in found if result), key=lambda result: result.place)
+    """All results in folders below `root`, by place. Links are not followed."""
+    found = [result for folder in walk(root) for result in results_in(root, Path(folder))]
+    return sorted(found, key=lambda result: result.place)
 
 
 def walk(root: Path) -> Iterator[str]:
@@ -111,30 +111,38 @@ def walk(root: Path) -> Iterator[str]:
         yield folder
 
 
-def result_in(root: Path, folder: Path) -> ResultFolder | None:
-    """The result that a folder holds, if it does."""
+def results_in(root: Path, folder: Path) -> list[ResultFolder]:
+    """The results that a folder holds: first what it is as a whole, if so; then pages of another kind, such as proofs."""
     try:
         found = {entry.name: entry.stat().st_mtime for entry in os.scandir(folder) if entry.is_file(follow_symlinks=False)}
     except OSError:  # not ours to read, or gone meanwhile
-        return None
+        return []
     known = [name for name in REPORTS if name in found]
     pages = sorted(name for name in found if name.endswith(".html") and name not in known and not name.startswith("."))
-    shown = [*known, *pages[:MOST_PAGES]]
-    if not shown:
-        return None
-    content = manifest(folder)
-    page = REPORT if REPORT in found else shown[0]
+    page = REPORT if REPORT in found else next(iter([*known, *pages]), "")
     begins = report_opening(folder / page) if page.endswith(".html") else ReportOpening()
+    others = {name: report_opening(folder / name) for name in pages[:MOST_PAGES]}
+    own = {name: one for name, one in others.items() if one.kind and not (known and one.kind == begins.kind)}
+    place = folder.relative_to(root)
+    alone = [
+        ResultFolder(place, one.title, one.answer, found[name], (name,), one.kind, facts=one.facts)
+        for name, one in own.items()
+    ]
+    shown = [*known, *(name for name in others if name not in own)]
+    if not shown:
+        return alone
+    content = manifest(folder)
     name = content.get("name")
     title = name if isinstance(name, str) else begins.title or folder.name
     kind = begins.kind or next((kind for name, kind in KINDS.items() if name in found), "Report")
     title = folder.name if title == kind else title  # which tells it from no other
     rmse = content.get("position_rmse[m]") if grade(content) != FlightGrade.LOST else None  # its own would be the smallest
     known_rmse = float(rmse) if isinstance(rmse, int | float) and 0.0 <= rmse < LARGEST_NUMBER else None
-    return ResultFolder(
-        folder.relative_to(root), title, ending_text(content) or begins.answer, max(found[name] for name in shown),
+    whole = ResultFolder(
+        place, title, ending_text(content) or begins.answer, max(found[name] for name in shown),
         tuple(shown), kind, picture(folder, found), known_rmse, grade(content), begins.facts,
     )  # fmt: skip
+    return [whole, *alone]
 
 
 def picture(folder: Path, found: Iterable[str]) -> str | None:

@@ -24,7 +24,7 @@ from quadstep.io.results_folder import opened
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.page.cards import list_page
 from quadstep.page.comparison import compared_page
-from quadstep.page.folder import grade, manifest, open_result, open_two, result_in, results
+from quadstep.page.folder import grade, manifest, open_result, open_two, results, results_in
 from quadstep.page.model import Link
 from quadstep.page.sharing import COOKIE, LOCAL, Access, qr_drawing
 from quadstep.page.thumbnails import thumbnail
@@ -113,7 +113,7 @@ def two_below(root: Path, query: str, needed: str = "") -> tuple[Path, Path]:
 def compare(root: Path, query: str) -> str:
     """Two results of one kind beside each other. Raises NotFound, UserError."""
     folders = two_below(root, query)
-    first, second = (result_in(root, folder) for folder in folders)
+    first, second = (next(iter(results_in(root, folder)), None) for folder in folders)
     if first is None or second is None:
         raise NotFound
     if first.kind != second.kind:
