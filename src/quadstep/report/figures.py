@@ -122,7 +122,7 @@ def stack(axes: Axes, t: Numbers, parts: dict[str, Numbers], log: bool) -> list[
     kept = np.unique((np.geomspace if log else np.linspace)(1, len(t), BUCKETS).astype(int)) - 1
     t, values = t[kept], np.array([one[kept] for one in parts.values()])
     above, below = np.maximum(values, 0.0), np.minimum(values, 0.0)
-    colors = [style["color"] for style in LINES[: len(parts)]]
+    colors = [*(style["color"] for style in LINES), "0.5"][: len(parts)]
     for side, names in ((above, map(label, parts)), (below, ())):
         axes.stackplot(t, side, labels=names, colors=colors, alpha=0.55, linewidth=0.0)
     axes.plot(t, values.sum(axis=0), color="black", linewidth=1.3, label=TOGETHER)

@@ -119,27 +119,43 @@ TERMS = {
     "residual": ("eps", "eps, what even ideal weights cannot learn"),
     "learning": ("weights", "the weights of the nets"),
     "coupling": ("coupling", "the coupling that the proof omits"),
+    "sampling": ("sampling", "what sampling adds"),
     "filtering": ("the command filter", "the command filter"),
 }
-"""The terms of L_dot, as tables and figures say them, and in a sentence."""
+"""The terms of L_dot, as tables and figures say them, and in a sentence; `filtering` is a part of `coupling`."""
 
 
 def work(c: FlightCertificate) -> dict[str, Array]:
-    """What each term of L_dot has added to L up to each sample [J]."""
-    shown = list(TERMS.items())[:4]
-    return {said: np.cumsum(getattr(c.lyapunov, name)) * c.history.period for name, (said, _) in shown}
+    """What each of `TERMS` has added to L from the first sample up to each, (n,) [J], by trapezoids; `sampling` is the rest of
+    the change of L: terms are those of a fresh command, which is then held until the next sample.
+    """
+    rates = {name: getattr(c.lyapunov, name) for name in TERMS if name != "sampling"}
+    found = {name: np.append(0.0, np.cumsum(0.5 * (one[1:] + one[:-1])) * c.history.period) for name, one in rates.items()}
+    known = sum((found[name] for name in found if name != "filtering"), np.zeros(()))
+    found["sampling"] = c.lyapunov.value - c.lyapunov.value[0] - known
+    return {name: found[name] for name in TERMS}
+
+
+def parts(c: FlightCertificate) -> dict[str, Array]:
+    """The work of terms that add up to the change of L, by what a figure calls them [J]."""
+    return {TERMS[name][0]: values for name, values in work(c).items() if name != "filtering"}
 
 
 def raised(c: FlightCertificate) -> list[tuple[float, str]]:
     """The terms that raised L over the flight: share of what all of them added, and term, the largest first."""
-    added = {said: float(values[-1]) for said, values in work(c).items() if values[-1] > 0.0}
+    added = {said: float(values[-1]) for said, values in parts(c).items() if values[-1] > 0.0}
     return sorted(((one / sum(added.values()), said) for said, one in added.items()), reverse=True)
+
+
+def about(share: float) -> str:
+    """A share in whole percent: how the work is split depends on where in a period terms are taken."""
+    return "less than 1 %" if share < 0.01 else "more than 99 %" if 0.99 < share < 1.0 else f"{100.0 * share:.0f} %"
 
 
 def raised_by(c: FlightCertificate) -> str:
     """The same in a sentence."""
     meant = dict(TERMS.values())
-    found = [f"by {meant[said]} ({units.percent(share)})" for share, said in raised(c)]
+    found = [f"by {meant[said]} ({about(share)})" for share, said in raised(c)]
     return f"L was raised {units.listed(found)}." if found else "No term raised L over the flight."
 
 
@@ -153,12 +169,12 @@ def rate_record(c: FlightCertificate) -> dict[str, object]:
     rate, value = c.lyapunov.rate, c.lyapunov.value
     mean = 0.5 * (rate[1:] + rate[:-1])
     scale = rmse(rate) or 1.0
-    outside, period = c.outside, c.history.period
+    outside = c.outside
     return {
         "first[J]": float(value[0]),
         "last[J]": float(value[-1]),
         "largest[J]": float(value.max()),
-        "work[J]": {name: float(getattr(c.lyapunov, name).sum() * period) for name in TERMS},
+        "work[J]": {name: float(values[-1]) for name, values in work(c).items()},
         "samples_outside_b_r": int(outside.sum()),
         "share_falling_outside_b_r": share(rate[outside] < 0.0),
         "share_falling_outside_b_r_differenced": share(c.lyapunov.differenced[outside[:-1]] < 0.0),
@@ -306,7 +322,8 @@ def seen(c: FlightCertificate) -> str:
     until = "" if c.outcome is Outcome.COMPLETED else f"In the first {c.until:.3g} s, all that is certified, "
     return (
         f"{until}{of_ball(c)}. Theorem 5.1 promises only that L falls outside the ball b_r. "
-        "Areas: what each term of L_dot has added to L up to then, or taken from it."
+        "Areas: what each term of L_dot has added to L up to then, or taken from it; sampling is what the others leave, as "
+        "commands are held between samples. Black: their sum, by which L has changed since the start."
     )
 
 

@@ -12,7 +12,7 @@ from quadstep.io.errors import errors_in
 from quadstep.metrics.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
-from quadstep.proofs.certify.output import answer, checked, kind, raised, record, seen, tables, work
+from quadstep.proofs.certify.output import about, answer, checked, kind, parts, raised, record, seen, tables
 from quadstep.proofs.plain import Array, lengths
 from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
@@ -63,7 +63,7 @@ def figures_of(c: FlightCertificate, name: str) -> list[FigureJob]:
     """
     h = c.history
     damping = max(c.conditions.k_min, 0.0) * np.square(c.r)
-    first = [bounded("|r|", c.r, "b_r", c.b_r), Panel("added to L", "J", work(c), STACKED)]
+    first = [bounded("|r|", c.r, "b_r", c.b_r), Panel("added to L", "J", parts(c), STACKED)]
     checks = [
         Panel("L", "J", {"L": c.lyapunov.value, "errors": c.lyapunov.of_errors, "integrals": c.lyapunov.of_integrals,
                          "weights": c.lyapunov.of_weights}, LOG),
@@ -110,5 +110,5 @@ def facts(c: FlightCertificate) -> list[markup.Fact]:
         markup.Fact("verdict", kind(c).replace("lost", "flight lost")),
         markup.Fact("smallest damping K_min", units.number(c.conditions.k_min), "must be above 0"),
         markup.Fact("largest |r|", units.number(float(c.r.max())), bound),
-        *(markup.Fact("raised L most", said, f"{units.percent(share)} of what raised it") for share, said in raised(c)[:1]),
+        *(markup.Fact("raised L most", said, f"{about(share)} of what raised it") for share, said in raised(c)[:1]),
     ]
