@@ -143,3 +143,17 @@ def test_a_home_of_ones_own_is_used(homeless, monkeypatch):
     provide_writable()
     assert Path(os.environ["MPLCONFIGDIR"]).parent == homeless
     assert os.environ["XDG_CACHE_HOME"] == str(homeless / "home")
+
+
+def test_a_home_that_cannot_be_searched_is_as_good_as_none(homeless, monkeypatch):
+    there, closed = Path.exists, homeless / "home"
+
+    def exists(path):
+        if path.is_relative_to(closed):
+            raise PermissionError(13, "Permission denied", str(path))
+        return there(path)
+
+    monkeypatch.setattr(pool.Path, "home", lambda: closed)
+    monkeypatch.setattr(pool.Path, "exists", exists)
+    provide_writable()
+    assert Path(os.environ["MPLCONFIGDIR"]).parent == homeless

@@ -76,8 +76,10 @@ def writable(folder: Path | None) -> bool:
     """Whether a folder can be written, or made."""
     if folder is None:
         return False
-    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
+    with suppress(OSError):  # inside one that cannot be searched
+        there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+        return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
+    return False
 
 
 try:
