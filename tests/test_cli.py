@@ -7,6 +7,7 @@ import pytest
 
 from docs.site.reference.commands import commands
 from quadstep import __version__, read_mission
+from quadstep.commands.arguments import worded
 from quadstep.commands.cli import COMMANDS, HEADINGS
 from tests.commands import LINE, quadstep, quadstep_process, write
 
@@ -96,6 +97,13 @@ def test_without_a_command_the_help_is_shown_and_nothing_else_is_said():
 )
 def test_the_parsers_errors_are_worded_as_the_others(arguments, said):
     assert quadstep(*arguments).err == f"quadstep: error: {said}\n"
+
+
+def test_a_file_that_may_not_be_read_is_named_first():
+    assert (
+        worded("Invalid value for 'MISSION.toml': path 'm.toml' is not readable.")
+        == "m.toml: cannot be read: Permission denied"
+    )
 
 
 def test_an_unknown_engine_is_told_which_there_are():
