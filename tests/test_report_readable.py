@@ -120,6 +120,27 @@ def test_what_is_wider_than_a_phone_and_cannot_be_cut_scrolls():
     assert 'class="wide"' not in markup.strip(0.0, 300.0, 200.0)
 
 
+@needs(CHROMIUM)
+def test_narrow_figures_stand_in_pairs_and_one_alone_has_its_caption_beside_it(tmp_path, browsers):
+    FigureJob("curve", "", T, [Panel("x", "m", {"x": T})], 2).draw(tmp_path)  # one panel, where two would have room
+    one, opened = markup.figure(tmp_path / "curve", "What to see"), browsers[False].page()
+    text = markup.page_text("A report", [markup.summary("Fine.", figures=[one] * 3), one, markup.note("And"), one, one])
+    (tmp_path / "report.html").write_text(text, encoding="utf-8")
+    opened.set_viewport_size({"width": 1440, "height": 900})
+    opened.goto((tmp_path / "report.html").as_uri())
+    boxes = opened.evaluate("""[...document.querySelectorAll("figure")].map(one =>
+        [one, one.querySelector(".drawn"), one.querySelector("figcaption")].map(part => {
+            const { x, y, width, height } = part.getBoundingClientRect(); return [x, y, width, height]; }))""")
+    page = boxes[0][0][2]
+    for (_, top, wide, _), (left, _, drawn, high), (beside, middle, _, _) in (boxes[0], boxes[3]):
+        assert wide == page and beside > left + drawn and middle > top + 0.2 * high
+    for first, second in ((boxes[1], boxes[2]), (boxes[4], boxes[5])):
+        assert first[0][1] == second[0][1] and first[0][2] == second[0][2] == pytest.approx(page / 2, rel=0.03)
+        assert second[0][0] + second[0][2] <= boxes[0][0][0] + page
+        assert first[2][1] >= first[1][1] + first[1][3]
+    browsers[False].blank()
+
+
 def edges_of(page, name):
     """Left and right of what is drawn under a name, in pixels of the screen."""
     box = page.locator(f"g[id$='{name}'] path").first.bounding_box()

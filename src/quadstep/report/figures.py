@@ -176,7 +176,7 @@ def laid_out(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
 
 def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, log_time: bool) -> Figure:
     """Panels over a shared time axis, filled column by column, with margins in inches."""
-    columns = sheet.side_by_side(columns)
+    columns = sheet.side_by_side(min(columns, len(panels)))
     rows = -(-len(panels) // columns)
     width = sheet.inches(COLUMN if columns > 1 else PHONE)
     tight = sheet.width is not None

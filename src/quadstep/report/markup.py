@@ -47,6 +47,9 @@ LOGO = (
     'cy="6" r="4"/><circle cx="18" cy="6" r="4"/><circle cx="6" cy="18" r="4"/><circle cx="18" cy="18" r="4"/></svg>'
 )
 HEIGHT = re.compile(r'<svg [^>]*height="([\d.]+)pt"')
+NARROW = re.compile(r'<svg [^>]*style="--wide: [\d.]+"(?! class)')
+"""A strip that a phone shows whole."""
+
 STRIPS = re.compile(r' data-strips="([^"]*)"')
 SIZE = re.compile(r'width="[\d.]+pt" height="[\d.]+pt" viewBox="[^"]*"')
 TALL = 325.0
@@ -225,7 +228,9 @@ def inline_figure(drawing: str, caption: str, set_as: Callable[[str], str] = ric
     role = "group" if "<a " in drawing else "img"  # of which links would be no part
     shown = f'<div class="drawn" tabindex="0" role="{role}" aria-label="{escape(caption)}">{drawing}</div>'
     height = HEIGHT.search(drawing)
-    opened = '<figure class="tall">' if height is not None and float(height[1]) > TALL else "<figure>"
+    kinds = ["tall"] if height is not None and float(height[1]) > TALL else []
+    kinds += ["one"] if drawing.count("<svg ") == 1 and NARROW.search(drawing) else []
+    opened = f'<figure class="{" ".join(kinds)}">' if kinds else "<figure>"
     return f"{opened}{shown}<figcaption>{set_as(caption)}</figcaption></figure>"
 
 
