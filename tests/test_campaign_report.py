@@ -19,7 +19,7 @@ from quadstep.mission.check import check
 from quadstep.mission.fields import words
 from quadstep.report import units
 from quadstep.report.panel import Track
-from quadstep.studies.campaign import pictures, report, report_text
+from quadstep.studies.campaign import key_text, pictures, report, report_text
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import table
 from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
@@ -321,13 +321,13 @@ def test_correlated_keys_are_said_to_overlap_and_tables_and_grids_have_names(tmp
 
 def test_one_key_has_no_interactions_that_the_rest_could_be_due_to(tmp_path):
     one = {"position_rmse[m]": Estimate(0.4, 0.3, 0.5)}
-    text = str(report_text.ranking(campaign(tmp_path, MASS), {"vehicle.mass": one}, {"position_rmse[m]": ("", None)}))
+    text = str(key_text.ranking(campaign(tmp_path, MASS), {"vehicle.mass": one}, {"position_rmse[m]": ("", None)}))
     assert "vehicle mass explains 40.0 [30.0, 50.0] % of the variance. The rest is due to whatever else is random" in text
     assert "interactions" not in text
     two = {"failure": Estimate(0.19, 0.0, 0.39)}
-    text = str(report_text.ranking(campaign(tmp_path, MASS), {"vehicle.mass": two}, {"failure": ("", None)}))
+    text = str(key_text.ranking(campaign(tmp_path, MASS), {"vehicle.mass": two}, {"failure": ("", None)}))
     assert "cannot tell whether vehicle mass matters for failure: its share of the variance is 19.0 [0, 39.0] %." in text
-    assert "other keys" not in report_text.keys(1, 12).text
+    assert "other keys" not in key_text.keys(1, 12).text
 
 
 def test_the_worst_flights_say_from_when_their_errors_count_and_whether_they_succeeded(tmp_path):
@@ -493,3 +493,30 @@ def test_the_examples_can_be_flown(name, tmp_path, unflown):
     assert all(variation_text(read.file, key) for key in read.file.keys)
     done = fly_campaign(CampaignRequest(path, tmp_path / "out", flights=2))
     assert done.summary.outcomes == {"completed": 2}
+
+
+def test_captions_over_a_key_say_where_fewest_succeed_and_what_may_be_chance():
+    ranges, places = Bins(np.zeros(0, dtype=np.int64), np.array([0.6, 0.8, 1.0, 1.2]), ()), range(3)
+    errors = dict(zip(places, (np.array([0.1, 0.3, 0.4]), np.array([0.1, 0.2, 0.3]), np.array([0.2, 0.9, 1.0])), strict=True))
+
+    def said(*shares):
+        shown = pictures.ByKey(dict(zip(places, shares, strict=True)), errors)
+        return key_text.over_key("vehicle mass", "kg", ranges, shown).replace("\N{NO-BREAK SPACE}", " ")
+
+    clear = said(Estimate(0.5, 0.4, 0.6), Estimate(0.9, 0.7, 1.0), Estimate(0.9, 0.7, 1.0))
+    assert clear.startswith(
+        "Vehicle mass: fewest flights succeed from 0.6 to 0.8 kg, 50 %; most elsewhere, 90 %. Of those that"
+    )
+    assert "between 200 mm from 0.8 to 1 kg and 900 mm from 1 to 1.2 kg." in clear
+    assert "may be chance" in said(Estimate(0.5, 0.4, 0.75), Estimate(0.9, 0.7, 1.0), Estimate(0.9, 0.7, 1.0))
+    assert "in 2 groups, 50 %" in said(Estimate(0.5, 0.4, 0.6), Estimate(0.5, 0.4, 0.6), Estimate(0.9, 0.7, 1.0))
+    assert "Vehicle mass: 100 % of the flights succeed in every group." in said(*[Estimate(1.0, 0.9, 1.0)] * 3)
+
+
+def test_largest_errors_that_are_the_starts_own_are_said_to_be_from_more_than_half_of_the_flights_on():
+    offsets = np.array([1.0, 0.5, 0.0, 2.0])
+    most = report_text.from_the_start(np.array([1.0, 0.5, 0.0, 2.0]), offsets, True)
+    assert most.startswith("In 3 of 4 completed flights the largest error is that of the start")
+    assert "`score_from`" in most
+    assert "score_from" not in report_text.from_the_start(offsets, offsets, False)  # which the paper's plant does not have
+    assert report_text.from_the_start(np.array([1.0, 0.5, 0.0, 2.1]), offsets, True) == ""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import rcParams
@@ -14,13 +14,14 @@ from quadstep.metrics.statistics import Estimate, share
 from quadstep.report import units
 from quadstep.report.axes import CLEAR, STEPS, Powers, plain_decades
 from quadstep.report.canvas import drawing, margins, new_figure, wrapped, write
-from quadstep.report.colours import COLOURS
+from quadstep.report.colours import COLOURS, CURVES
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.studies.campaign.varied import Bins, spans_decades
 
 Numbers = NDArray[np.float64]
 
-FILL, LINE, LIMIT = "0.8", "black", COLOURS["vermillion"]
+LINE, LIMIT = CURVES[0], COLOURS["vermillion"]
+FILL: dict[str, Any] = {"color": LINE, "alpha": 0.35}
 PLACES = 60
 """Most bars of a histogram."""
 
@@ -58,7 +59,7 @@ def draw_distributions(path: Path, metrics: Sequence[PlottedMetric], flights: in
             above.tick_params(labelbottom=False)
             draw_metric(above, below, metrics[place], flights)
             above.set_ylabel("flights")
-            below.set_ylabel("share of all flights that are worse" if sheet.width is None else "share worse")
+            below.set_ylabel("share worse")
         write(figure, path, sheet)
 
 
@@ -79,7 +80,7 @@ def draw_metric(above: Axes, below: Axes, metric: PlottedMetric, flights: int) -
         margin = 0.05 * abs(low) or 0.05 if high - low <= 1e-9 * abs(high) else 0.0
         edges = np.linspace(low - margin, high + margin, places + 1)
     counts, edges = np.histogram(np.clip(ordered, edges[0], edges[-1]), edges)
-    above.stairs(counts, edges, fill=True, color=FILL)
+    above.stairs(counts, edges, fill=True, **FILL)
     above.stairs(counts, edges, color=LINE, linewidth=0.8)
     above.set_ylim(bottom=0.0)
     above.yaxis.set_major_locator(MaxNLocator(5, integer=True))
@@ -122,7 +123,7 @@ def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, N
         axes = figure.subplots(count // columns, columns, squeeze=False).ravel()
         margins(figure, sheet, 1.6 / width, 0.55 / height, 0.97, 0.94, 0.5)
         counts = list(outcomes.values())
-        axes[0].barh(range(len(counts)), [100.0 * count / flights for count in counts], color=FILL, edgecolor=LINE, height=0.6)
+        axes[0].barh(range(len(counts)), [100.0 * count / flights for count in counts], height=0.6, **FILL)
         narrow = sheet.inches(COLUMN) < NARROW
         for row, count in enumerate(counts):
             said = f"{count}" if narrow else f"{count} ({100.0 * count / flights:.3g} %)"
@@ -163,14 +164,14 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
         widest = max(len(line) for name in names for line in name.split("\n"))
         margins(figure, sheet, min(0.45, 0.06 + 0.019 * widest), 0.45 / height, 0.97, 1.0 - above / height)
         step = len(explained) + 0.5
-        for place, (name, colour) in enumerate(zip(explained, ("0.35", "white"), strict=False)):
+        for place, (name, colour) in enumerate(zip(explained, CURVES, strict=False)):
             rows = [i * step + place for i in range(len(ranking))]
             found = [estimates.get(name) for estimates in ranking.values()]
             known = [(row, one) for row, one in zip(rows, found, strict=True) if one]
             shares = [100.0 * one.value for _, one in known]
-            axes.barh([row for row, _ in known], shares, 0.8, color=colour, edgecolor=LINE, label=name)
+            axes.barh([row for row, _ in known], shares, 0.8, color=colour, label=name)
             for row, one in known:
-                axes.plot([100.0 * one.low, 100.0 * one.high], [row, row], color=LIMIT, linewidth=1.4, solid_capstyle="butt")
+                axes.plot([100.0 * one.low, 100.0 * one.high], [row, row], color="black", linewidth=1.4, solid_capstyle="butt")
                 axes.text(
                     100.0 * one.high + 0.6, row, units.percent(one.value), va="center", fontsize=rcParams["legend.fontsize"]
                 )
@@ -270,11 +271,11 @@ def draw_errors(axes: Axes, bins: Bins, errors: Mapping[int, Numbers]) -> None:
     low, middle, high = factor * np.array(list(errors.values())).T
     if bins.edges is None:
         at = np.array(places, dtype=float)
-        axes.bar(at, high - low, 0.6, low, color=FILL, edgecolor="0.5")
+        axes.bar(at, high - low, 0.6, low, **FILL)
         axes.hlines(middle, at - 0.3, at + 0.3, color=LINE, linewidth=1.6)
     else:
         at = middles(bins, places)
-        axes.fill_between(at, low, high, color=FILL, linewidth=0.0)
+        axes.fill_between(at, low, high, linewidth=0.0, **FILL)
         axes.plot(at, middle, color=LINE, linewidth=1.4, marker="o", markersize=2.5)
     if spans_decades(float(low.min()), float(high.max())):
         axes.set_ylim(0.8 * float(low.min()), 1.25 * float(high.max()))

@@ -16,6 +16,7 @@ from quadstep.report import markup
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 from quadstep.report.panels import path_job
 from quadstep.report.sheet import Sheet
+from quadstep.studies.campaign import key_text
 from quadstep.studies.campaign import report_text as text
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, TIME
 from quadstep.studies.campaign.pictures import (
@@ -39,7 +40,8 @@ GLANCE: Mapping[str, Callable[[CampaignSummary], str]] = {
     "outcomes": text.most_often,
     "distributions": text.medians,
     "ranking": lambda _: (
-        "How much of the variance [%] each key explains on its own; the line at a bar's end: its 95 % interval."
+        "How much of the variance [%] each key explains on its own. A bar of the position RMSE (of its logarithm) says "
+        "what makes completed flights near or far, one of failure what makes flights fail. Black lines: 95 % intervals."
     ),
 }
 """Figures of the summary, if they are drawn, and what to see in them."""
@@ -142,7 +144,25 @@ def distribution_section(of: ReportSubject, flown: pa.Table, through: NDArray[np
     if metrics:
         draw_distributions(of.folder / "distributions", metrics, of.summary.flights, of.sheet)
         body.append(text.distributions(of.summary))
+        offsets = offsets_at_start(of)
+        if offsets is not None and not of.campaign.mission.scored_from:
+            can_leave_out = "score_from" in type(of.campaign.mission).model_fields
+            said = text.from_the_start(number(flown[LARGEST])[through], offsets[through], can_leave_out)
+            body += [TableSection(text=said)] * bool(said)
     return body
+
+
+def offsets_at_start(of: ReportSubject) -> NDArray[np.float64] | None:
+    """How far from its path each flight starts [m], (n,); None where the keys that vary do not say."""
+    mission, keys = of.campaign.mission, of.campaign.file.keys
+    place = getattr(getattr(mission, "start", None), "position", None)
+    if place is None or any(key.split(".")[0] == "path" or key in ("start", "start.position") for key in keys):
+        return None
+    path = mission.path.build(mission.folder)
+    named = [f"start.position.{axis}" for axis in range(3)]
+    places = [number(of.store.read([key])[key]) if key in keys else place[axis] for axis, key in enumerate(named)]
+    begun = zip(places, path.law.reference(0.0, path.parameters).position, strict=True)
+    return np.sqrt(sum((np.square(one - at) for one, at in begun), np.zeros(of.summary.flights)))
 
 
 def over_as(flown: pa.Table, name: str) -> NDArray[np.bool_]:
@@ -163,20 +183,23 @@ def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[
         what = "Nothing" if of.summary.copies else "Only the noise"
         return [TableSection("Sensitivity", "ranking", text=f"{what} varies from flight to flight.")]
     columns = {key: varied(of.store.read([key])[key], campaign.file.vary.get(key)) for key in keys}
-    found = {text.ERROR: explained_error(columns, rmse, campaign), text.FAILURE: explained_failure(columns, success, campaign)}
+    found = {
+        key_text.ERROR: explained_error(columns, rmse, campaign),
+        key_text.FAILURE: explained_failure(columns, success, campaign),
+    }
     ranking = ranked(keys, {name: one.shares for name, one in found.items()})
     body: list[Section] = [TableSection("Sensitivity", "ranking")]
     if sum(map(len, ranking.values())) >= FEWEST_BARS:
         first = {label(campaign.mission, key): ranking[key] for key in list(ranking)[: 2 * MOST_PICTURES]}
         draw_ranking(of.folder / "ranking", first, of.sheet)
-    body += text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()})
-    body.append(text.keys(len(keys), MOST_PICTURES))
+    body += key_text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()})
+    body.append(key_text.keys(len(keys), MOST_PICTURES))
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
         cut = bins(columns[key], campaign.file.vary.get(key))
         name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
         shown, full = by_key(cut, success, rmse), label(campaign.mission, key)
         draw_key(of.folder / name, full, cut, shown, of.sheet)
-        body.append(figure(name, text.over_key(words(key), shown)))
+        body.append(figure(name, key_text.over_key(words(key), full.partition(" [")[2].rstrip("]"), cut, shown)))
     return body
 
 

@@ -4,26 +4,24 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.statistics import Estimate, exact_share
-from quadstep.mission.fields import label, words
+from quadstep.mission.fields import label
 from quadstep.report import markup, units
 from quadstep.report.evidence import Section, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.studies.campaign.flyer import OUTCOMES
 from quadstep.studies.campaign.manifest import FLIGHTS
-from quadstep.studies.campaign.pictures import ByKey
 from quadstep.studies.campaign.planner import SINGLY
 from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.campaign.sensitivity import Interaction, certain
 from quadstep.studies.campaign.single_flight import replay_command
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import FEW, QUANTILES, CampaignSummary, WorstFlight, sentences, within
 from quadstep.studies.campaign.varied import text_of, variation_text
-
-ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
-"""Names of the explained quantities."""
 
 DIGITS = 4
 """Of what is told of one flight."""
@@ -138,15 +136,6 @@ def medians(summary: CampaignSummary) -> str:
     )
 
 
-def over_key(key: str, shown: ByKey) -> str:
-    """What to see of the flights over a key."""
-    shares = list(dict.fromkeys(units.percent(edge(one.value for one in shown.good.values())) for edge in (min, max)))
-    return (
-        f"Over {key}, {' to '.join(shares)} of a group's flights succeed (vertical lines: 95 % intervals). The second "
-        "part: the position RMSE of those that complete, its median (line) and its middle 80 % (band)."
-    )
-
-
 def outcomes(summary: CampaignSummary) -> TableSection:
     """Every outcome with its exact interval; without it where nothing is statistical."""
     header, counts = ("outcome", "flights", "share of all [%]"), ended(summary)
@@ -167,13 +156,8 @@ def for_a_paper(summary: CampaignSummary, name: str) -> str:
     ends = [
         (what, "", units.percent(*one) if summary.statistical else str(ended(summary)[what])) for what, one in shares.items()
     ]
-    rows = [
-        (words, f"{100.0 * q:g} %", units.interval(*one, unit) if summary.statistical else units.quantity(one.value, unit))
-        for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
-        for q, one in known.items()
-    ]
     comment = f"{name}: {units.counted(summary.flights, 'flight')}{', 95 % intervals' if summary.statistical else ''}"
-    return booktabs(("", "share below", "value" if summary.statistical else "flights"), [ends, rows], [comment])
+    return booktabs(("", "share below", "value" if summary.statistical else "flights"), [ends, quantiles(summary)], [comment])
 
 
 def percent(one: Estimate) -> str:
@@ -187,76 +171,28 @@ def distributions(summary: CampaignSummary) -> TableSection:
         return TableSection(
             *title, ("of completed flights", "value"), [(one.what, one.value) for one in medians_only(summary)]
         )
-    rows = [
-        (words, f"{100.0 * q:g} %", units.interval(*one, unit))
+    return TableSection(*title, ("of completed flights", "share below", "value with its 95 % interval"), quantiles(summary))
+
+
+def quantiles(summary: CampaignSummary) -> list[tuple[str, str, str]]:
+    """Rows of a table: metric, share of flights below, and the value, with its interval where there is one."""
+    return [
+        (words, f"{100.0 * q:g} %", units.interval(*one, unit) if summary.statistical else units.quantity(one.value, unit))
         for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
         for q, one in known.items()
     ]
-    return TableSection(*title, ("of completed flights", "share below", "value with its 95 % interval"), rows)
 
 
-FIRST_ORDER = (
-    "First-order index: the share of the variance that would vanish if the key were known. A key explains much if it has a "
-    "large effect and was varied widely."
-)
-
-
-def ranking(
-    campaign: Campaign, estimates: Mapping[str, Mapping[str, Estimate]], said: Mapping[str, tuple[str, Interaction | None]]
-) -> list[TableSection]:
-    lines = []
-    for name, (why, pair) in said.items():
-        if why:
-            lines.append(f"The causes of {name} are not analysed: {why}.")
-            continue
-        shares = {key: one[name] for key, one in estimates.items() if name in one}
-        clear = {key: one for key, one in shares.items() if certain(one, len(shares))}
-        if clear:
-            key = max(clear, key=lambda key: clear[key].value)
-            most = "the largest share: " if len(shares) > 1 else ""
-            line = f"Of {name}, {words(key)} explains {most}{percent(clear[key])} % of the variance."
-        elif [one.high > 0.0 for one in shares.values()] == [True]:
-            ((key, one),) = shares.items()
-            line = f"These flights cannot tell whether {words(key)} matters for {name}: "
-            line += f"its share of the variance is {percent(one)} %."
-        else:
-            line = f"No single key explains a share of {name} that differs significantly from zero."
-        if clear and len(shares) == 1:
-            line += " The rest is due to whatever else is random in a flight, and to the coarseness of the estimate."
-        elif clear and not campaign.file.correlated:
-            together = min(1.0, sum(one.value for one in clear.values()))
-            line += f" Taken one by one, the {len(clear)} keys that matter for sure explain {100.0 * together:.3g} % together;"
-            line += " the rest is due to the others, interactions and noise."
-        if pair and certain(pair.share, pair.pairs):
-            line += (
-                f" {units.listed([*map(words, pair.keys)])} together explain {percent(pair.share)} % more than each does alone"
-                f"{f' (the strongest of {pair.pairs} pairs)' if pair.pairs > 1 else ''}."
-            )
-        lines.append(line)
-    if campaign.file.correlated:
-        groups = "; ".join(", ".join(map(words, one.keys)) for one in campaign.file.correlated)
-        lines.append(
-            "Correlated keys partly explain the same variance, so their shares overlap and may add up to more than "
-            f"100 %: {groups}."
-        )
-    body = paragraphs(lines)
-    if any(estimates.values()):
-        names = list(dict.fromkeys(name for one in estimates.values() for name in one))
-        rows = [
-            (label(campaign.mission, key), *(percent(one[name]) if name in one else "–" for name in names))
-            for key, one in estimates.items()
-        ]
-        body.append(TableSection(header=("", *(f"{name} [% of variance]" for name in names)), rows=rows, set_as=escape))
-        body.append(TableSection(text=FIRST_ORDER))
-    return body
-
-
-def keys(count: int, most: int) -> TableSection:
-    text = "All flights, grouped by the key's value or into ranges of equal width (end ranges are merged until they have 20 "
-    text += f"flights){'; all other keys vary within each group' if count > 1 else ''}."
-    if count > most:
-        text += f" These are the {most} of {count} keys that explain most; the others are in the flight files."
-    return TableSection("Individual keys", "keys", text=text)
+def from_the_start(largest: NDArray[np.float64], offsets: NDArray[np.float64], can_leave_out: bool) -> str:
+    """What the largest errors are, where most are those of the first row, at which flights begin beside their paths; else
+    nothing. offsets: how far beside [m]; can_leave_out: whether the mission can have errors count from later on.
+    """
+    count = int(((offsets > 0.0) & np.isclose(largest, offsets, rtol=1e-6, atol=0.0)).sum())
+    if 2 * count <= len(largest):
+        return ""
+    said = f"In {count} of {units.counted(len(largest), 'completed flight')} the largest error is that of the start"
+    said += ", which is off the path."
+    return f"{said} `score_from` in the mission leaves the first seconds out." if can_leave_out else said
 
 
 def worst(

@@ -1,0 +1,112 @@
+"""What a campaign's report says of its keys: how much each explains, and how flights do over it."""
+
+from collections.abc import Mapping
+from html import escape
+
+from quadstep.metrics.statistics import Estimate
+from quadstep.mission.fields import label, words
+from quadstep.report import units
+from quadstep.report.evidence import TableSection
+from quadstep.studies.campaign.pictures import ByKey
+from quadstep.studies.campaign.report_text import paragraphs, percent
+from quadstep.studies.campaign.schema import Campaign
+from quadstep.studies.campaign.sensitivity import Interaction, certain
+from quadstep.studies.campaign.varied import Bins
+
+ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
+"""Names of the explained quantities."""
+
+FIRST_ORDER = (
+    "First-order index: the share of the variance that would vanish if the key were known. A key explains much if it has a "
+    "large effect and was varied widely."
+)
+
+
+def ranking(
+    campaign: Campaign, estimates: Mapping[str, Mapping[str, Estimate]], said: Mapping[str, tuple[str, Interaction | None]]
+) -> list[TableSection]:
+    lines = []
+    for name, (why, pair) in said.items():
+        if why:
+            lines.append(f"The causes of {name} are not analysed: {why}.")
+            continue
+        shares = {key: one[name] for key, one in estimates.items() if name in one}
+        clear = {key: one for key, one in shares.items() if certain(one, len(shares))}
+        key, *rest = sorted(shares, key=lambda key: -shares[key].value)
+        if clear and shares[key].low > max((shares[one].high for one in rest), default=0.0):
+            most = "the largest share: " if rest else ""
+            line = f"Of {name}, {words(key)} explains {most}{percent(shares[key])} % of the variance."
+        elif clear:
+            line = f"It is not decided which key matters most for {name}: the largest estimate is that of {words(key)}, "
+            line += f"{percent(shares[key])} % of the variance, and the interval of another key overlaps it."
+        elif [one.high > 0.0 for one in shares.values()] == [True]:
+            ((key, one),) = shares.items()
+            line = f"These flights cannot tell whether {words(key)} matters for {name}: "
+            line += f"its share of the variance is {percent(one)} %."
+        else:
+            line = f"No single key explains a share of {name} that differs significantly from zero."
+        if clear and len(shares) == 1:
+            line += " The rest is due to whatever else is random in a flight, and to the coarseness of the estimate."
+        elif clear and not campaign.file.correlated:
+            together = min(1.0, sum(one.value for one in clear.values()))
+            who, whole = f"only {words(next(iter(clear)))} matters for sure:", f"{100.0 * together:.3g} %"
+            if len(clear) > 1:
+                who, whole = f"the {len(clear)} keys that matter for sure explain", f"{whole} together"
+            line += f" Taken one by one, {who} {whole};"
+            line += " the rest is due to the others, interactions and noise."
+        if pair and certain(pair.share, pair.pairs):
+            line += (
+                f" {units.listed([*map(words, pair.keys)])} together explain {percent(pair.share)} % more than each does alone"
+                f"{f' (the strongest of {pair.pairs} pairs)' if pair.pairs > 1 else ''}."
+            )
+        lines.append(line)
+    if campaign.file.correlated:
+        groups = "; ".join(", ".join(map(words, one.keys)) for one in campaign.file.correlated)
+        lines.append(
+            "Correlated keys partly explain the same variance, so their shares overlap and may add up to more than "
+            f"100 %: {groups}."
+        )
+    body = paragraphs(lines)
+    if any(estimates.values()):
+        names = list(dict.fromkeys(name for one in estimates.values() for name in one))
+        rows = [
+            (label(campaign.mission, key), *(percent(one[name]) if name in one else "–" for name in names))
+            for key, one in estimates.items()
+        ]
+        body.append(TableSection(header=("", *(f"{name} [% of variance]" for name in names)), rows=rows, set_as=escape))
+        body.append(TableSection(text=FIRST_ORDER))
+    return body
+
+
+def keys(count: int, most: int) -> TableSection:
+    text = "All flights, grouped by the key's value or into ranges of equal width (end ranges are merged until they have 20 "
+    text += f"flights){'; all other keys vary within each group' if count > 1 else ''}. Of each figure, first: the share that "
+    text += "succeeds, with exact 95 % intervals; second: the position RMSE of those that complete, its median (line) and its "
+    text += "middle 80 % (band)."
+    if count > most:
+        text += f" These are the {most} of {count} keys that explain most; the others are in the flight files."
+    return TableSection("Individual keys", "keys", text=text)
+
+
+def over_key(key: str, unit: str, bins: Bins, shown: ByKey) -> str:
+    """What to see of the flights over a key: in which group fewest succeed, and where the error is smallest and largest."""
+
+    def group(place: int) -> str:
+        if bins.edges is None:
+            return f"with {key} = {bins.labels[place]}"
+        return units.numerals(f"from {bins.edges[place]:.3g} to {bins.edges[place + 1]:.3g} {unit}".rstrip(" -"))
+
+    ordered = sorted(shown.good, key=lambda place: shown.good[place].value)
+    worst, best, high = shown.good[ordered[0]].value, shown.good[ordered[-1]].value, shown.good[ordered[0]].high
+    alike = [place for place in ordered if shown.good[place].value == worst]
+    said = f"{units.percent(worst)} of the flights succeed in every group."
+    if worst < best:
+        where = group(alike[0]) if len(alike) == 1 else f"in {len(alike)} groups"
+        said = f"fewest flights succeed {where}, {units.percent(worst)}; most elsewhere, {units.percent(best)}"
+        chance = high >= max(one.low for one in shown.good.values())
+        said += ", which may be chance: the 95 % intervals overlap." if chance else "."
+    if len(shown.errors) > 1:
+        ends = [edge(shown.errors, key=lambda place: shown.errors[place][1]) for edge in (min, max)]
+        least, most = (f"{units.quantity(float(shown.errors[end][1]), 'm')} {group(end)}" for end in ends)
+        said += f" Of those that complete, the median RMSE is between {least} and {most}."
+    return f"{key[0].upper()}{key[1:]}: {said}"
