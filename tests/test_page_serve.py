@@ -11,6 +11,7 @@ import socket
 import subprocess
 import sys
 import time
+from html import unescape
 from itertools import pairwise
 from pathlib import Path
 from urllib.parse import quote
@@ -24,7 +25,7 @@ from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
 from quadstep.metrics.registry import REPORTED
 from quadstep.page import build
-from quadstep.page.comparison import conditions, words
+from quadstep.page.comparison import conditions, row, words
 from quadstep.page.folder import manifest, names_files, open_result, plan_again, read_log, results
 from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
@@ -511,7 +512,9 @@ def test_the_numbers_of_a_row_have_one_unit_and_a_lost_flight_s_last_state_is_no
     spoilt(tmp_path / "a", name="a", **{"attitude": {"psi": {"rmse[rad]": 0.0004}}})
     spoilt(tmp_path / "b", name="b", **{"attitude": {"psi": {"rmse[rad]": 0.03}}, "ending": {"x[m]": 17.3}})
     text = answer(tmp_path, "/compare?a=a&b=b").text
-    assert "0.02292°" in text and "1.719°" in text and "mrad" not in text
+    assert "0.0229°" in text and "1.72°" in text and "mrad" not in text
+    assert row("position.x.rmse[m]", 7.476e-8, 0.039)[:2] == ["0.0748\u00a0µm", "39.0\u00a0mm"]
+    assert row("position.x.rmse[m]", 0.0039, 0.039)[:2] == ["3.90\u00a0mm", "39.0\u00a0mm"]
     assert "ending" not in text
 
 
@@ -539,6 +542,21 @@ def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, f
     assert shown == ["a", "b"]
 
 
+def test_of_two_flights_of_one_path_the_errors_are_drawn_over_time_and_their_loops_are_rows(tmp_path):
+    for name, error, word in (("near_d", 0.039, "sound"), ("far", 0.074, "fragile")):
+        rest = {"grade": word, "why": f"{word}, as it is"}
+        spoilt(tmp_path / name, name=name, **{"outcome": "completed", "ended[s]": 1.0, "mission": {}, "margins_at_rest": rest})
+        rows = "".join(f"{0.1 * i},{error * i / 10},0,1,0,0,1\n" for i in range(11))
+        (tmp_path / name / "flight.csv").write_text("t[s],x[m],y[m],z[m],x_d[m],y_d[m],z_d[m]\n" + rows)
+    text = answer(tmp_path, "/compare?a=near_d&b=far").text
+    (told,) = (json.loads(unescape(one)) for one in re.findall(r'data-axes="([^"]*)"', text))
+    assert [one["name"] for one in told[0]["curves"]] == ["“near_d”", "“far”"]
+    assert told[0]["up"] == "distance [mm]" and 74.0 < told[0]["y"]["high"] < 90.0
+    rows = re.findall(r"<tr><td>(loop at rest|its margins)</td><td[^>]*>(.*?)</td><td[^>]*>(.*?)</td>", text)
+    assert rows == [("loop at rest", "sound", "fragile"), ("its margins", "sound, as it is", "fragile, as it is")]
+    assert '<b class="fair"><span aria-hidden="true">!</span> fragile</b>' in answer(tmp_path, "/").text
+
+
 def test_two_flights_of_one_name_are_told_apart_by_their_places(tmp_path):
     (tmp_path / "Ada").mkdir()
     for place in ("Ada/1", "2"):
@@ -559,7 +577,7 @@ def test_of_two_in_other_wind_it_is_said(tmp_path):
     assert "With different wind (5\u00a0m/s and none) and events: “a” is 3.0 times closer to its path than “b”." in text
     assert "What is 0 in both is left out." in text and "share of the time at a rotor" not in text
     late = [{"mission": {"sensors": {"latency": one, "estimator": False}}} for one in (0.02, 0.12)]
-    assert conditions(*late) == "With different sensor latency (0.02000\u00a0s and 0.1200\u00a0s): "
+    assert conditions(*late) == "With different sensor latency (0.0200\u00a0s and 0.120\u00a0s): "
     late[0]["mission"]["sensors"]["estimator"] = True
     assert conditions(*late) == "With different sensors: "
     for other in ({"latency": 0.02}, 2):

@@ -90,8 +90,9 @@ def picture(result: ResultFolder) -> str:
 
 MARKS = {
     "as asked": ("good", "✓", "as asked"), "flew, but": ("fair", "!", "completed, not as asked"), "lost": ("bad", "✕", "lost"),
+    "fragile": ("fair", "!", "fragile"), "unstable": ("bad", "!", "unstable at rest"),
 }  # fmt: skip
-"""Of a grade: its colour, its sign, and what it is called where no reason follows it."""
+"""Of a grade, of a flight or of its loop: its colour, its sign, and what it is called where no reason follows it."""
 
 
 def grade_mark(grade: str) -> str:
@@ -128,12 +129,13 @@ def card(result: ResultFolder) -> str:
         "grade": result.grade, "rmse": "" if result.rmse is None else f"{result.rmse!r}",
     }  # fmt: skip
     attributes = " ".join(f'data-{key}="{escape(value)}"' for key, value in data.items())
+    marks = " ".join(map(grade_mark, (result.grade, result.loop)))
     href, told, drawn = escape(best(result)), facts_tile(result), picture(result)
     box = "" if result.files[0] not in REPORTS else f'<label><input type="checkbox" value="{escape(place)}"> compare</label>'
     shown = drawn and f'<a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{drawn}</a>'
     return (
         f'<li {attributes}>{shown}<div class="card">'
-        f'<p class="head"><span class="kind">{escape(result.kind)} {grade_mark(result.grade)}</span> {number}</p>'
+        f'<p class="head"><span class="kind">{escape(result.kind)} {marks}</span> {number}</p>'
         f'<h2><a href="{href}">{escape(result.name)}</a></h2><p class="says">{escape(result.says)}</p>{told}'
         f'<p class="place">{escape("" if place == "." else place)}</p><p>{written}</p><div class="files">{links}</div>'
         f"{box}</div></li>\n"

@@ -2,21 +2,35 @@
 
 import math
 import re
-from collections.abc import Iterable
+import tempfile
+import threading
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from html import escape
+from pathlib import Path
 from urllib.parse import urlencode
 
-from quadstep.metrics.registry import Metrics
-from quadstep.metrics.verdict import scalars
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.io.errors import UserError
+from quadstep.metrics.registry import AT_REST, Metrics
+from quadstep.metrics.verdict import FlightGrade, scalars
 from quadstep.mission import fields
 from quadstep.mission.sensing import SensorsSection
 from quadstep.page.cards import best, picture
-from quadstep.page.folder import ResultFolder, name_in, scored_from, section
+from quadstep.page.folder import ResultFolder, grade, loop_grade, name_in, outcome, read_log, scored_from, section
 from quadstep.page.model import identity
 from quadstep.page.thumbnails import COLOURS
 from quadstep.report import markup, units
+from quadstep.report.drawing import FigureJob
+from quadstep.report.panel import LOG, Panel
+from quadstep.report.sheet import Sheet
 
 MOST_ROWS = 400
+ONE_AT_A_TIME = threading.Lock()
+"""Held while Matplotlib draws, whose settings belong to all requests."""
+
 RMSE = "position_rmse[m]"
 
 STYLE = """<style>
@@ -29,8 +43,8 @@ STYLE = """<style>
 </style>"""
 
 
-def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Metrics, Metrics]) -> str:
-    """The page. contents: of their metrics.json."""
+def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Metrics, Metrics], root: Path) -> str:
+    """The page. contents: of their metrics.json. root: the folder that their places are in."""
     first, second = (numbers(content) for content in contents)
     names = [one.name if results[0].name != results[1].name else one.place.as_posix() for one in results]
     quoted = [f"“{name}”" for name in names]
@@ -39,7 +53,8 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     every = [key for key in dict.fromkeys([*first, *second]) if not (same and key == "overturned[rad]")]
     keys = [key for key in every if not first.get(key) == second.get(key) == 0.0]
     header = ("", *names, "second / first")[: 3 if unlike else 4]
-    rows = [[words(key), *row(key, first.get(key), second.get(key))][: len(header)] for key in keys[:MOST_ROWS]]
+    rows = [*grades(*contents)] if header[-1] == names[-1] else [[*one, "–"] for one in grades(*contents)]
+    rows += [[words(key), *row(key, first.get(key), second.get(key))][: len(header)] for key in keys[:MOST_ROWS]]
     errors = [
         markup.Fact(f"{name}: position RMSE", units.quantity(one.rmse, "m"))
         for name, one in zip(names, results, strict=True) if one.rmse is not None
@@ -56,6 +71,8 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         )
         shown = f'<img alt="" src="/thumbs?{escape(places)}"><figcaption>{key}<i class="band"></i>path asked for</figcaption>'
         body.append(f'<div class="two"><figure>{shown}</figure></div>')
+        with suppress(UserError):  # a log that cannot be read, or drawn
+            body.append(errors_figure(quoted, contents, [root / one.place for one in results]))
         body.append(markup.links([(f"/both?{places}#keep={behind}", "Both flights, overlaid, live")]))
     else:
         drawn = zip(map(picture, results), pages, strict=True)
@@ -72,6 +89,36 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     return markup.page_text(
         f"{names[0]} and {names[1]}", [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE
     )
+
+
+def grades(*contents: Metrics) -> list[list[str]]:
+    """Rows of the grades of both flights, and of both loops at rest, where both are known."""
+    rest = [section(one, AT_REST) for one in contents]
+    rows = [
+        ["grade", *map(grade, contents)],
+        ["loop at rest", *map(loop_grade, contents)],
+        ["its margins", *(str(one.get("why", "")) for one in rest)],
+    ]
+    return [one for one in rows if all(one[1:])]
+
+
+def errors_figure(names: list[str], contents: Sequence[Metrics], folders: Sequence[Path]) -> str:
+    """How far two flights are from their path over time, drawn upon each other. Raises UserError."""
+    times, lines = list[NDArray[np.float64]](), dict[str, NDArray[np.float64]]()
+    for name, content, folder in zip(names, contents, folders, strict=True):
+        log = read_log(folder / "flight.csv", outcome(content), 0.0)
+        if not {"x_d", "y_d", "z_d"} <= log.columns.keys() or len(log.rows) < 2:
+            raise UserError(f"{folder}: its log has no path")
+        times.append(log.column("t"))
+        lines[name] = np.sqrt(((log.table("x", "y", "z") - log.table("x_d", "y_d", "z_d")) ** 2).sum(axis=1))
+    t = max(times, key=lambda one: float(one[-1]))
+    lines = {name: np.interp(t[t <= own[-1]], own, lines[name]) for name, own in zip(names, times, strict=True)}
+    lost = FlightGrade.LOST in map(grade, contents)  # whose error would leave the other flat on the axis
+    said = f"Distance from the path over time{', on a logarithmic scale' if lost else ''}."
+    job = FigureJob("errors", said, t, [Panel("distance", "m", lines, LOG if lost else "")])
+    with tempfile.TemporaryDirectory() as place, ONE_AT_A_TIME:
+        job.draw(Path(place), Sheet(("svg",)))
+        return markup.figure(Path(place) / job.name, job.caption, escape)
 
 
 def why_incomparable(names: list[str], first: Metrics, second: Metrics) -> str:
@@ -158,11 +205,14 @@ def answer(names: list[str], first: dict[str, float], second: dict[str, float]) 
 
 
 def value(one: float, unit: str, largest: float) -> str:
-    """A number as people write it, in the unit that suits the largest of its row; a count as it is."""
+    """A number as people write it, in the unit that suits the largest of its row, or itself, if it is much smaller; a count
+    as it is.
+    """
     if unit == "-" and one.is_integer() and abs(one) < 1e9:
         return f"{one:.0f}"
-    unit, factor = (units.of_angle if unit in units.ANGLES else units.handy)(unit, largest)
-    return units.number(factor * one, 4) + units.unit_suffix(unit)
+    suited = units.of_angle if unit in units.ANGLES else units.handy
+    unit, factor = suited(unit, abs(one) if 0.0 < abs(one) < 0.01 * largest else largest)
+    return units.number(factor * one) + units.unit_suffix(unit)
 
 
 WORDS = {

@@ -51,6 +51,7 @@ class ResultFolder(NamedTuple):
     newest file was written, seconds since 1970. files: names of what can be opened, the best first. kind: what it is of.
     picture: a PNG of it, from there. rmse: of the position [m], of a flight that was not lost. grade: of a flight, as in
     `quadstep.metrics.verdict`; empty if not known. facts: the first numbers of its report, what each is of and its value.
+    loop: the grade of a flight's loop at rest.
     """
 
     place: Path
@@ -63,6 +64,7 @@ class ResultFolder(NamedTuple):
     rmse: float | None = None
     grade: str = ""
     facts: tuple[tuple[str, str], ...] = ()
+    loop: str = ""
 
 
 KINDS = {
@@ -140,7 +142,7 @@ def results_in(root: Path, folder: Path) -> list[ResultFolder]:
     known_rmse = float(rmse) if isinstance(rmse, int | float) and 0.0 <= rmse < LARGEST_NUMBER else None
     whole = ResultFolder(
         place, title, ending_text(content) or begins.answer, max(found[name] for name in shown),
-        tuple(shown), kind, picture(folder, found), known_rmse, grade(content), begins.facts,
+        tuple(shown), kind, picture(folder, found), known_rmse, grade(content), begins.facts, loop_grade(content),
     )  # fmt: skip
     return [whole, *alone]
 
@@ -183,8 +185,13 @@ def scored_from(content: dict[str, object]) -> float:
 
 def loop(content: dict[str, object]) -> str:
     """The grade of a flight's loop at rest, to follow how it ended; nothing where it is not known."""
+    word = loop_grade(content)
+    return f"; {at_rest({'grade': word})}" if word else ""
+
+
+def loop_grade(content: dict[str, object]) -> str:
     word = section(content, AT_REST).get("grade")
-    return f"; {at_rest({'grade': word})}" if isinstance(word, str) else ""
+    return word if isinstance(word, str) else ""
 
 
 def grade(content: dict[str, object]) -> str:

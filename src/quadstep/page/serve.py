@@ -119,7 +119,7 @@ def compare(root: Path, query: str) -> str:
     if first.kind != second.kind:
         kinds = f"{folders[0].name} ({first.kind.lower()}) and {folders[1].name} ({second.kind.lower()})"
         raise UserError(f"{kinds} cannot be compared: choose two results of one kind")
-    return compared_page((first, second), (manifest(folders[0]), manifest(folders[1])))
+    return compared_page((first, second), (manifest(folders[0]), manifest(folders[1])), root)
 
 
 def stamp(*folders: Path) -> str:
