@@ -14,7 +14,8 @@ from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.mean_forces import MOST_TILT, exponents, forces, wind_lean
 from quadstep.identify.parameters import VEHICLE, numbers_of
 from quadstep.identify.replay import ErrorTable, ready
-from quadstep.identify.run import Identification, answer, facts
+from quadstep.identify.residual import Followed
+from quadstep.identify.run import Identification, answer, facts, worse_than_none
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission
@@ -188,7 +189,7 @@ def compared(ratios):
     return ErrorTable(("a",), (10,), np.array(ratios)[None, :, None], ones, ones, 100)
 
 
-def test_what_is_worse_than_no_model_is_said_first_and_the_cards_show_the_worse_table(flight_numbers):
+def test_what_was_found_is_said_before_what_is_worse_than_no_model_and_the_cards_show_the_worse_table(flight_numbers):
     found = Identified(
         flight_numbers, None, {"command.speed": Fitted(1.0, 0.9, 1.1, "", "made")}, {"inertia[0]": UNDETERMINED}
     )
@@ -197,9 +198,9 @@ def test_what_is_worse_than_no_model_is_said_first_and_the_cards_show_the_worse_
     )  # fmt: skip
     said = answer(worse)
     assert said.startswith(
-        "No better than without a model, 10 samples ahead: attitude (1.13 times the error, from commands alone)"
+        "1 of 2 vehicle parameters were identified (but not inertia about x). On 1 flight held out, the pos"
     )
-    assert "1 of 2 vehicle parameters were identified (but not inertia about x); on 1 flight held out, the position" in said
+    assert "No better than without a model, 10 samples ahead: attitude (1.13 times the error, from commands alone)" in said
     assert [(one.what, one.value) for one in facts(worse)] == [
         ("position", percent(0.2)), ("velocity", percent(0.6)), ("attitude", percent(1.13)), ("rates", percent(1.63)),
     ]  # fmt: skip
@@ -207,12 +208,14 @@ def test_what_is_worse_than_no_model_is_said_first_and_the_cards_show_the_worse_
         "from commands alone", "from commands and setpoints", "from commands alone", "from commands alone",
     ]  # fmt: skip
     fine = worse._replace(commands=compared([0.2, 0.5, 0.8, 0.9]))
-    assert answer(fine).startswith("1 of 2 vehicle parameters were identified (but not inertia about x); on 1 flight held out")
-    sagging = answer(fine._replace(thrust=(0.9, 1.1)))
-    assert sagging.startswith(
-        "The modelled thrust is 0.90 to 1.10 times the thrust needed in these flights, as where a battery"
-    )
-    assert "; the modelled thrust is 0.90 to 1.10" in answer(worse._replace(thrust=(0.9, 1.1)))
+    assert "No better" not in answer(fine)
+    for told in (fine, worse):
+        sagging = answer(told._replace(thrust=(0.9, 1.1)))
+        assert sagging.endswith(
+            "The modelled thrust is 0.90 to 1.10 times the thrust needed in these flights, as where a battery sags."
+        )
+        assert sagging.startswith("1 of 2 vehicle parameters")
+    assert answer(fine._replace(commands=None)).endswith("No flight was held out to test predictions.")
 
 
 @pytest.fixture
@@ -235,3 +238,14 @@ def test_a_number_that_ends_where_its_range_does_is_not_told():
     found = identify([case.flight], case.start, lambda _: None, predictors=False)
     assert (case.truth["command.delay"], found.kept["command.delay"]) == (0.006, UNDETERMINED)  # it was said to be 0.1 s
     assert all(off(key, one, case.truth[key]) < 1.0 for key, one in found.fitted.items())
+
+
+def test_more_unexplained_angular_acceleration_than_was_measured_is_said_with_axis_and_flight():
+    def flown(left):
+        turning = np.full((20, 3), 6.8) * np.where(np.arange(20) % 2, 1.0, -1.0)[:, None]
+        return Followed("log5", 0.01, np.arange(20.0), {}, {}, turning * left, turning, turning)
+
+    assert worse_than_none([flown([0.1, 0.9, 0.99])]) == []
+    assert worse_than_none([flown([0.1, 0.9, 0.5]), flown([2.0, 0.9, 0.5])]) == [
+        "More angular acceleration is unexplained than was measured (RMS): 14 of 6.8 rad/s² about x (log5)."
+    ]

@@ -1,10 +1,12 @@
 """Reading logs and judging them: what contradicts a mapping is named, with evidence."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
 
+from quadstep.identify.logs.consistency import clocks
 from quadstep.identify.logs.flight import lag, slopes
 from quadstep.identify.logs.judge import FASTER, judge, never_flew
 from quadstep.identify.logs.mapping import Mapping, load_mapping, mapping_names
@@ -174,6 +176,17 @@ def test_a_lag_is_found_with_its_sign():
     late = np.sin(7.0 * (time - 0.03)) + np.sin(3.1 * (time - 0.03))
     assert abs(lag(signal, late, 0.01).lag - 0.03) < 1e-3
     assert abs(lag(late, signal, 0.01).lag + 0.03) < 1e-3
+
+
+def test_how_late_the_attitude_is_comes_with_the_correlation_that_says_so(flight):
+    t = 0.01 * np.arange(2000)
+    angle, turn = 0.1 * np.sin(7.0 * (t - 0.03)) + 0.1 * np.sin(3.1 * (t - 0.03)), np.zeros((2000, 3))
+    turn[:, 0] = 0.7 * np.cos(7.0 * t) + 0.31 * np.cos(3.1 * t)
+    attitude = np.stack([np.cos(0.5 * angle), np.sin(0.5 * angle), 0.0 * t, 0.0 * t], axis=1)
+    channels = {"attitude": attitude, "rates": turn}
+    one = dataclasses.replace(flight, time=t, channels=channels, derived=(), lost=np.zeros(2000, bool))
+    (found,) = clocks(one, np.ones(2000, dtype=bool))
+    assert re.fullmatch(r"the attitude comes (29|30|31) ms after the rates \(correlation (0\.9\d|1\.00)\)", found.text)
 
 
 def test_a_slope_and_the_axis_that_explains_best_are_found():

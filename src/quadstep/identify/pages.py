@@ -15,7 +15,7 @@ from quadstep.identify.logs.flight import FlightRecord, Floats, spectrum
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest
 from quadstep.identify.replay_report import ESTIMATED, FACTOR, UNIT, identity, tracking_table, write_tables
 from quadstep.identify.residual import Followed, followed
-from quadstep.identify.run import AHEAD, Identification, unexplained
+from quadstep.identify.run import AHEAD, Identification, unexplained, worse_than_none
 from quadstep.identify.starts import GROUPS, HORIZONS
 from quadstep.identify.vehicle_file import identified_vehicle
 from quadstep.io.errors import UserError
@@ -169,7 +169,9 @@ def write_identification(
             *([markup.heading("The other flights", "others")] if pictures[2:] else []),
             *pictures[2:],
         ]
-        text = evidence._replace(figures=pictures[:2], sections=sections).html(out)
+        text = evidence._replace(
+            figures=pictures[:2], sections=sections, more=[*worse_than_none(followers), *evidence.more]
+        ).html(out)
     write_beside(path, text)
 
 

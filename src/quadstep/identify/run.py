@@ -8,7 +8,7 @@ import numpy as np
 
 from quadstep.identify.fit import Identified, Say, identify
 from quadstep.identify.flown_setpoints import hover_ratio, is_wrong, of_thrust, span_of_thrust
-from quadstep.identify.logs.flight import FlightRecord
+from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.replay import ErrorTable, compare, ready
 from quadstep.identify.replay_report import METHOD, error_table
 from quadstep.identify.residual import Followed, trained
@@ -71,7 +71,7 @@ def in_words(key: str) -> str:
 
 
 def answer(run: Identification) -> str:
-    """The result in a sentence: first what is worse than no model, and what the flights leave open."""
+    """The result: what was found, how it predicts, then what is worse than no model, and what the flights leave open."""
     worse = [
         f"{group} ({one.ratio(AHEAD, group).value:.2f} times the error, from {knows})"
         for knows, one in run.tables.items()
@@ -79,17 +79,19 @@ def answer(run: Identification) -> str:
         if one.ratio(AHEAD, group).value >= 1.0
     ]
     count, left = len(run.found.fitted), list(run.found.kept)
-    said = f"{count} of {count + len(left)} vehicle parameters were identified"
-    said += f" (but not {listed([*map(in_words, left)])})" if left else ""
-    if run.thrust and is_wrong(run.thrust):
-        said = f"{of_thrust(run.thrust).capitalize()} in these flights, as where a battery sags; {said}"
-    if worse:
-        said = f"No better than without a model, {AHEAD} samples ahead: {listed(worse)}; {said[0].lower()}{said[1:]}"
+    but = f" (but not {listed([*map(in_words, left)])})" if left else ""
+    said = [f"{count} of {count + len(left)} vehicle parameters were identified{but}."]
     if run.commands is None:
-        return f"{said}; no flight was held out to test predictions."
-    ratio = percent(run.commands.ratio(AHEAD, "position").value)
-    held_out = counted(len(run.commands.names), "flight")
-    return f"{said}; on {held_out} held out, the position error {AHEAD} samples ahead is {ratio} of the error without a model."
+        said.append("No flight was held out to test predictions.")
+    else:
+        ratio = percent(run.commands.ratio(AHEAD, "position").value)
+        held_out = counted(len(run.commands.names), "flight")
+        said.append(f"On {held_out} held out, the position error {AHEAD} samples ahead is {ratio} of that without a model.")
+    if worse:
+        said.append(f"No better than without a model, {AHEAD} samples ahead: {listed(worse)}.")
+    if run.thrust and is_wrong(run.thrust):
+        said.append(f"{of_thrust(run.thrust).capitalize()} in these flights, as where a battery sags.")
+    return " ".join(said)
 
 
 def run(
@@ -237,6 +239,22 @@ def fitted(fit: Identified) -> TableSection:
     return TableSection("Identified parameters", "found", header, rows, shown="Identified")
 
 
+def rms(values: Floats) -> Floats:
+    """By column."""
+    return np.sqrt(np.asarray(values**2).mean(axis=0))
+
+
+def worse_than_none(found: Sequence[Followed]) -> list[str]:
+    """A sentence on the axes of flights about which more angular acceleration stays unexplained than was measured, if any."""
+    numbers = [(one.name, rms(one.torque), rms(one.turning)) for one in found]
+    axes = [
+        f"{left[i]:.2g} of {measured[i]:.2g} rad/s² about {'xyz'[i]} ({name})"
+        for name, left, measured in numbers
+        for i in np.flatnonzero(left > measured)
+    ]
+    return [f"More angular acceleration is unexplained than was measured (RMS): {listed(axes)}."] if axes else []
+
+
 def unexplained(
     found: Sequence[Followed], flights: Sequence[FlightRecord], vehicle: AirframeSection, kind: str
 ) -> TableSection:
@@ -244,7 +262,7 @@ def unexplained(
     thrust = {flight.name: hover_ratio(flight, vehicle) for flight in flights}
     rows = []
     for one in found:
-        numbers = [np.sqrt((values**2).mean(axis=0)) for values in (one.turning, one.torque, one.force)]
+        numbers = [rms(values) for values in (one.turning, one.torque, one.force)]
         measured, torque, force = (" / ".join(f"{value:.2g}" for value in values) for values in numbers)
         mean = " / ".join(f"{value:+.2g}" for value in one.force.mean(axis=0))
         rows.append((one.name, measured, torque, force, mean, f"{thrust[one.name]:.3f}"))

@@ -245,7 +245,7 @@ def estimates(flight: FlightRecord, sure: Flags) -> list[Finding]:
 
 
 def clocks(flight: FlightRecord, sure: Flags) -> list[Finding]:
-    """Lags between sources, and how much they jitter."""
+    """Lags between sources."""
     found = []
     if "attitude" in flight.channels and "rates" in flight.channels and "rates" not in flight.derived:
         made = rates_of(filled(flight.channel("attitude")), flight.time)
@@ -259,9 +259,9 @@ def clocks(flight: FlightRecord, sure: Flags) -> list[Finding]:
             )
         ]
         if seen:
-            late, jitter = (float(np.mean([one[place] for one in seen])) for place in (0, 1))
+            late, alike = (float(np.mean(parts)) for parts in zip(*seen, strict=True))
             when = f"{1e3 * abs(late):.0f} ms {'after' if late > 0 else 'before'} the rates"
-            text = f"the attitude comes {when} ± {1e3 * jitter:.0f} ms"
+            text = f"the attitude comes {when} (correlation {alike:.2f})"
             found.append(Finding(abs(late) > 0.1, text))
     if "setpoint" in flight.channels and "position" in flight.channels:
         for axis in (0, 1):
