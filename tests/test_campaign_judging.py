@@ -48,7 +48,7 @@ def test_the_lower_end_of_the_interval_must_reach_what_is_required(tmp_path):
     assert 0.94 < low < 0.941
     met = fly(path, out, "--resume", "--require", repr(low))
     assert (met.code, met.err) == (0, "")
-    assert "Met: at least 0.9403705077 of the flights succeed, with 95 % confidence." in met.out
+    assert "Met: at least 0.9403705077 of the flights succeed, with 95 % confidence\n" in met.out
     missed = fly(path, out, "--resume", "--require", "0.941")
     assert missed.code == 4
     assert "NOT MET: success rate should be at least 0.941, but is only shown to be above 0.9403705077; 60" in missed.out

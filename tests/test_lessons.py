@@ -305,7 +305,7 @@ def test_check_says_what_is_not_met_and_gives_a_hint(tmp_path):
 def test_a_missing_fault_is_one_line(tmp_path):
     (found,) = check_tasks(tasks("10.4"), read_mission(LESSONS["10"]))
     assert [one.sentence for one in found.cases] == [
-        "NOT MET: the mission has no [[events]] with type = 'rotor', time = 3.0, efficiency = 0.7, rotor = 1"
+        'NOT MET: the mission has no [[events]] with type = "rotor", time = 3.0, efficiency = 0.7, rotor = 1'
     ]
 
 
@@ -331,7 +331,27 @@ def test_what_of_a_lesson_is_not_checked_is_named(tmp_path):
     junit = tmp_path / "verdict.xml"
     run = quadstep("check", "6", mission_of("6.4", tmp_path, SOLUTIONS["6.4"]), "--junit", junit)
     assert run.out.startswith("Skipped (they ask for a different mission): 6.5.\n6.4 solved")
-    assert 'name="quadstep check: 6 (not checked: 6.5)"' in junit.read_text(encoding="utf-8")
+    assert 'name="quadstep check: 6 (not counted: 6.5)"' in junit.read_text(encoding="utf-8")
+
+
+def test_a_lesson_is_solved_by_a_solution_of_one_of_two_exercises_that_the_mission_fits(tmp_path):
+    run = quadstep("check", "4", mission_of("4.5", tmp_path, SOLUTIONS["4.5"]))
+    assert run.code == 0
+    assert run.out.startswith("Not counted (they fit this mission, which does not solve them): 4.4.\n4.5 solved")
+    assert "NOT MET" not in run.out
+    neither = quadstep("check", "4", mission_of("4.5", tmp_path, {"path.duration": 4.2}))
+    assert neither.code == 4
+    assert "4.4 not solved" in neither.out and "4.5 not solved" in neither.out
+
+
+def test_what_is_asked_stands_alone_and_its_limits_are_those_that_check_prints(tmp_path):
+    said = {one.name: one.asks for number in range(1, 11) for one in tasks(str(number))}
+    assert not [asks for asks in said.values() if re.search(r"\b[Tt]he same (with|in)\b|\bfly it\b", asks)]
+    for name in ("1.5", "2.5", "9.5"):
+        write_laws(tmp_path)
+        (found,) = check_tasks(tasks(name), read_mission(mission_of(name, tmp_path, SOLUTIONS[name])))
+        (tilt,) = (case.name for case in found.cases if case.name.startswith("tilt at most "))
+        assert f"({tilt.removeprefix('tilt at most ')})" in said[name]
 
 
 def test_a_mission_of_another_lesson_is_said_to_be_one():
@@ -344,7 +364,17 @@ def test_a_mission_of_another_lesson_is_said_to_be_one():
 def test_a_flight_that_is_lost_solves_nothing(tmp_path):
     run = quadstep("check", "7.4", LESSONS["07"])
     assert run.code == 4
-    assert "the flight should be completed, but was lost at" in run.out
+    assert [line.partition(" at ")[0] for line in run.out.splitlines() if "NOT MET" in line] == [
+        "  NOT MET: the flight should be completed, but was lost"
+    ]
+
+
+def test_limits_of_a_flight_that_has_to_be_lost_are_those_of_its_metrics():
+    task, lost = LessonTask(name="a", asks="Lose it.", lost=True, most={"largest_tilt": 1.0}), "was lost at 2 s"
+    for tilt, met in ((0.5, True), (1.5, False)):
+        measured = MeasuredMission({"largest_tilt[rad]": tilt}, None, lost)
+        cases = judge_flight(task, read_mission(LESSONS["07"]), {}, measured)
+        assert [case.failure is None for case in cases] == [True, met]
 
 
 def test_a_course_may_have_exercises_of_its_own(tmp_path):

@@ -118,14 +118,14 @@ def test_the_other_paths_of_the_template_are_valid():
 
 
 def test_the_template_is_written_once_and_never_over_something(tmp_path):
-    path = tmp_path / "mission.toml"
+    path = tmp_path / "still.toml"
     write_template(path)
-    assert read_mission(path).name == "My first flight"
-    with pytest.raises(UserError, match=r"mission\.toml: already exists"):
+    assert read_mission(path).name == "still"
+    with pytest.raises(UserError, match=r"still\.toml: already exists"):
         write_template(path)
     with pytest.raises(UserError, match="already exists"):
         write_template(tmp_path)
-    assert [entry.name for entry in tmp_path.iterdir()] == ["mission.toml"]
+    assert [entry.name for entry in tmp_path.iterdir()] == ["still.toml"]
 
 
 @pytest.mark.parametrize(

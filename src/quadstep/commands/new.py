@@ -43,7 +43,7 @@ def check(
 ) -> None:
     """Check your solution of a lesson's exercise by flying it.
 
-    For a lesson, checks its exercises that ask for a mission like yours. Exit code 0: solved. 2: bad input. 4: not solved.
+    For a lesson, checks its exercises that ask for a mission like yours. Exit code 0: one is solved. 2: bad input. 4: none is.
     """
     from quadstep.mission.read import read_mission
     from quadstep.studies.lessons import OWN, check_tasks, tasks
@@ -51,19 +51,22 @@ def check(
     asked = tasks(lesson, course or OWN)
     if mission is None:
         if not hint or delivery.as_json:
-            raise UserError("MISSION.toml: missing; only --hint can do without your mission")
+            raise UserError("name your mission's file; only --hint works without one")
         for task in asked:
             say(f"{task.name}: {task.hint or 'no hint'}")
         return
     found = check_tasks(asked, read_mission(mission))
-    others = [one for one in found if one.strange]
-    none = len(others) == len(found)
-    chosen = found if none else [one for one in found if not one.strange]
-    left = ", ".join(one.task.name for one in others) if len(chosen) < len(found) else ""
+    alike = [one for one in found if not one.strange]
+    chosen = [one for one in alike if one.solved] or alike or found
+    others = [one.task.name for one in found if one.strange and one not in chosen]
+    unsolved = [one.task.name for one in alike if one not in chosen]
+    left = ", ".join((*others, *unsolved))
     if not delivery.as_json:
-        if left:
-            say(f"Skipped (they ask for a different mission): {left}.")
-        unlike = none and len(found) > 1
+        if others:
+            say(f"Skipped (they ask for a different mission): {', '.join(others)}.")
+        if unsolved:
+            say(f"Not counted (they fit this mission, which does not solve them): {', '.join(unsolved)}.")
+        unlike = not alike and len(found) > 1
         if unlike:
             say(f"This is not a mission of lesson {lesson}: it fits none of its exercises.")
             say_whole(f"To see what differs from one: {command('check', found[0].task.name, mission)}")
@@ -83,7 +86,7 @@ def check(
         "exercises": [{"name": one.task.name, "solved": one.solved, "checked": not one.strange} for one in found],
     }
     solved = all(one.solved for one in chosen)
-    verdict = Verdict("check", f"{lesson} (not checked: {left})" if left else lesson, cases, content, 0 if solved else UNMET)
+    verdict = Verdict("check", f"{lesson} (not counted: {left})" if left else lesson, cases, content, 0 if solved else UNMET)
     delivery.deliver(verdict)
 
 

@@ -23,7 +23,7 @@ class Case(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        return f"NOT MET: {self.failure}" if self.failure else f"Met: {self.name}."
+        return f"NOT MET: {self.failure}" if self.failure else f"Met: {self.name}"
 
 
 class Verdict(NamedTuple):

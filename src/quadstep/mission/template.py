@@ -37,7 +37,7 @@ TEMPLATE = """\
 # A quadstep mission on the paper's plant, with the paper's controller. Fly it: quadstep fly THIS_FILE
 # SI units, angles in radians, z up; commented lines show defaults, or an example where it says so. Only [path] is needed.
 
-name = "My first flight"
+# name = "My first flight"  # default: the name of this file
 
 [path]
 # From rest to rest with the least jerk; the end point is held.
@@ -91,7 +91,7 @@ VEHICLE_TEMPLATE = """\
 # A quadstep mission for a real vehicle. Fly it: quadstep fly THIS_FILE
 # SI units, angles in radians, z up; commented lines show defaults, or an example where it says so.
 
-name = "My first flight"
+# name = "My first flight"  # default: the name of this file
 # seed = 1                  # of all noise and turbulence
 # score_from = 0.0          # s; errors count from here on
 
@@ -145,7 +145,7 @@ PLANT_TEMPLATE = """\
 # A quadstep mission for LABEL. Fly it: quadstep fly THIS_FILE
 # SI units, angles in radians, z up; commented lines show defaults.
 
-name = "My first flight"
+# name = "My first flight"  # default: the name of this file
 
 [vehicle]
 type = "PRESET"

@@ -3,6 +3,7 @@
 The package's own are those of the lessons, `lessons.toml`; a course may have a file of its own.
 """
 
+import json
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, NamedTuple, cast
@@ -168,10 +169,12 @@ def judge_flight(task: LessonTask, mission: Mission, content: object, measured: 
     """A flight held against a task. Raises UserError for a limit of what neither the mission nor its flight has."""
     if task.lost:
         cases = [Case("the flight was lost", None if measured.lost else "the flight should be lost, but was completed")]
+        measured = measured._replace(lost=None)  # its limits hold until then
     else:
         cases = [Case("the flight completed", measured.lost and f"the flight should be completed, but {measured.lost}")]
     for word, limits in (("at most", task.most), ("at least", task.least)):
-        cases += [judge_limit(name, word, limit, mission, content, measured) for name, limit in limits.items()]
+        judged = [judge_limit(name, word, limit, mission, content, measured) for name, limit in limits.items()]
+        cases += [case for case in judged if case]
     if task.grade and measured.grade:
         found = measured.grade
         poor = found.word not in (SOUND, task.grade)
@@ -180,19 +183,20 @@ def judge_flight(task: LessonTask, mission: Mission, content: object, measured: 
     return tuple(cases)
 
 
-def judge_limit(name: str, word: str, limit: float, mission: Mission, content: object, measured: MeasuredMission) -> Case:
-    """A key of a mission, all its entries, or a metric held against a limit. word: at most, or at least."""
+def judge_limit(
+    name: str, word: str, limit: float, mission: Mission, content: object, measured: MeasuredMission
+) -> Case | None:
+    """A key, all its entries, or a metric held against a limit. word: at most, at least. None: a metric of a lost flight."""
     value = at(mission, content, name)
-    entries, of, what, lost = value if isinstance(value, list) else [value], unit(mission, name), name, None
+    entries, of, what = value if isinstance(value, list) else [value], unit(mission, name), name
     if not all(isinstance(one, int | float) for one in entries):
+        if measured.lost and name not in MARGINS:
+            return None
         (required,) = with_full_names([Requirement(name, limit)], measured.numbers)
         entries, of, what = [measured.numbers[required.metric]], unit_of(required.metric), in_words(name)
-        lost = None if name in MARGINS else measured.lost
     found = None if None in entries else max(entries) if word == "at most" else min(entries)
     missed = found is None or (found > limit if word == "at most" else found < limit)
     wanted = f"{word} {sized(limit, of)}"
-    if lost:
-        return Case(f"{what} {wanted}", f"{what} should be {wanted}, but the flight {lost}")
     is_now = "never reached" if found is None else sized(found, of, limit)
     return Case(f"{what} {wanted}", wrong(what, wanted, is_now) if missed else None)
 
@@ -244,4 +248,4 @@ def nested_values(content: object, names: list[str]) -> object:
 
 
 def shown(value: object) -> str:
-    return "left out" if value is None else str(value).lower() if isinstance(value, bool) else repr(value)
+    return "left out" if value is None else json.dumps(value, ensure_ascii=False)
