@@ -145,7 +145,7 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
     assert lead(unknown).startswith(
         "law 0 has the best mean rank; its median flight does not do as asked in 2 of 2 situations"
     )
-    assert facts(unknown)[1][:2] == ("flown as asked", "0 of 2")
+    assert facts(unknown)[1][:2] == ("median flights as asked", "0 of 2")
     header, (first, _) = matrix(none, "crazyflie")
     assert dict(zip(header, first, strict=True))["law 0"] == "1 (1), large error"
     assert [(row["grade"], row["grade_reasons"]) for row in cell_rows(one)][:2] == [
@@ -153,9 +153,9 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
         ("flew, but", "its error is large for its path"),
     ]
     assert facts(one)[1] == (
-        "flown as asked",
+        "median flights as asked",
         "2 of 4",
-        "median flights, one of each cell; the others are of law 0 and law 1",
+        "one of each controller in each situation; the others are of law 0 and law 1",
         False,
     )
 
@@ -224,3 +224,12 @@ def test_of_many_situations_the_answer_counts_in_how_many_each_is_best():
         "law 0 is best in 'path 0' (median e 1 cm, while law 1 loses 30 % of its flights) and in 'path 1' (1 cm, while law 1 "
         "loses 30 % of its flights)."
     )
+
+
+@pytest.mark.parametrize("alike", [False, True])
+def test_the_axis_says_that_it_is_logarithmic_and_names_an_interval_only_where_flights_differ(tmp_path, alike):
+    found = comparison(3)
+    found = found._replace(ranked={WHERE: found.ranked[WHERE]._replace(copies=alike)})
+    draw_vehicle(tmp_path / "one", found, "crazyflie", sheet("svg", None, SCREEN))
+    text = " ".join(re.findall(r">([^<>]+)</text>", (tmp_path / "one.svg").read_text(encoding="utf-8")))
+    assert "e [cm], logarithmic scale" in text and ("interval" in text) == (not alike)

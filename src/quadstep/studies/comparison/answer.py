@@ -135,7 +135,8 @@ def worth(results: Comparison, situation: Situation, best: str) -> str:
     others = {name: one for name, one in cells.items() if name not in tied(results, situation, best)}
     if others and len(results.ranked) == 1:
         second = min(others, key=lambda name: others[name].spreads[results.metric].median.value)
-        text += f", next {second} with {median(results, situation, second)}"
+        beside = median(results, situation, second)
+        text += f", next {second} with {beside}" if beside != "lost" else ""
     losing = [f"{name} loses {percent(one.lost.value)}" for name, one in others.items() if one.lost.value]
     if len(losing) > 2:
         return f"{text}, while {len(losing)} others lose flights"

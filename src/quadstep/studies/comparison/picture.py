@@ -64,11 +64,17 @@ def draw_vehicle(path: Path, results: Comparison, vehicle: str, sheet: Sheet) ->
         axes.set_yticks([])
         axes.set_ylim(-len(situations) * group + 0.5 * BETWEEN, BETWEEN)
         axes.grid(visible=False, axis="y")
-        scaled(axes)
-        says = f"{title(results.metrics[results.metric])}: median with 95 % interval, line to the {results.high}"
+        kind = scaled(axes)
+        lines = f": median with 95 % interval, line to the {results.high}" if spreads(results) else ""
+        says = f"{title(results.metrics[results.metric])}{kind}{lines}"
         axes.set_xlabel(wrapped(says, 0.9 * figure.get_figwidth(), rcParams["font.size"]))
         figure.legend(loc="outside upper left", ncols=legend_columns(figure.get_figwidth(), list(names), 4))
         write(figure, path, sheet)
+
+
+def spreads(results: Comparison) -> bool:
+    """Whether flights of one controller in one situation differ."""
+    return results.seeds > 1 and not results.copies
 
 
 def draw_result(axes: Axes, one: SituationResult, metric: str, height: float, factor: float, looks: tuple[str, str]) -> None:
@@ -104,11 +110,13 @@ def tell_result(axes: Axes, one: SituationResult, results: Comparison, height: f
         tell(axes, ToldPlace(left, right, height, height, f"{one.controller}, {situation_caption(one.situation)}", said))
 
 
-def scaled(axes: Axes) -> None:
-    """A logarithmic axis with plain numbers, where there is anything to be shown."""
-    if any(np.size(line.get_xdata()) for line in axes.lines):
-        axes.set_xscale("log")
-        plain_decades(axes.xaxis)
+def scaled(axes: Axes) -> str:
+    """A logarithmic axis with plain numbers, where there is anything to be shown; what its label says of that."""
+    if not any(np.size(line.get_xdata()) for line in axes.lines):
+        return ""
+    axes.set_xscale("log")
+    plain_decades(axes.xaxis)
+    return ", logarithmic scale"
 
 
 WORST = 20.0

@@ -26,7 +26,7 @@ from quadstep.studies.comparison.answer import SEVERAL, several
 from quadstep.studies.comparison.cells import FIRST, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.jobs import Job
-from quadstep.studies.comparison.picture import MANY, draw_vehicle
+from quadstep.studies.comparison.picture import MANY, draw_vehicle, spreads
 
 PAGE, SUMMARY = "page.html", "results.md"
 
@@ -88,11 +88,14 @@ def evidence(
     uncounted = words.not_counted(results)
     said = [*uncounted, *(one for one in (first, *others) if one not in problems), *results.left_out]
     metric, many = words.title(results.metrics[results.metric]), len(results.controllers) > MANY
+    vehicles = [one.vehicle for one in results.situations]
+    everywhere = {vehicle: " in every situation" if vehicles.count(vehicle) > 1 else "" for vehicle in pictures}
+    spread = f": median, to the {results.high}" if spreads(results) else ""
+    better = "The paler" if many else "The farther left"
+    whole = f"{metric[0].upper()}{metric[1:]} of every {results.kind}"
     figures = {
         vehicle: Figure(
-            str(name),
-            f"{metric[0].upper()}{metric[1:]} of every {results.kind} in every situation{f' on {vehicle}' if vehicle else ''}"
-            f": median, to the {results.high}. {'The paler' if many else 'The farther left'}, the better.",
+            str(name), f"{whole}{everywhere[vehicle]}{f' on {vehicle}' if vehicle else ''}{spread}. {better}, the better."
         )
         for vehicle, name in pictures.items()
     }
@@ -101,7 +104,7 @@ def evidence(
         markup.listing(others),
         markup.paragraph(words.method(results) if results.copies else f"{words.method(results)} {words.tests(results)}"),
         *([markup.heading("Limitations", "limits"), markup.listing(results.limitations)] if results.limitations else []),
-        markup.links(links, "See the best two fly the same gust:")
+        markup.links(links, "See the best two fly under the same conditions:")
         if links
         else markup.paragraph(f"There is no page with flights: {missing}."),
     ]
@@ -169,7 +172,8 @@ def facts(results: Comparison) -> list[markup.Fact]:
     count = f"{sum(as_asked for _, as_asked in graded)} of {len(graded)}"
     not_so = [name for name in results.controllers if (name, False) in graded]
     others = f"; the others are of {several(not_so)}" if 0 < len(not_so) <= SEVERAL else ""
-    asked = markup.Fact("flown as asked", count, f"median flights, one of each cell{others}")
+    each = " in each situation" if len(results.ranked) > 1 else ""
+    asked = markup.Fact("median flights as asked", count, f"one of each {results.kind}{each}{others}")
     pairs = markup.Fact("pairs decided", f"{decided} of {results.pairs}", "with 95 % confidence in all of them jointly")
     return [
         *([first] if len(results.ranked) > 1 else []),
