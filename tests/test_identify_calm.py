@@ -215,7 +215,7 @@ def test_what_was_found_is_said_before_what_is_worse_than_no_model_and_the_cards
             "The modelled thrust is 0.90 to 1.10 times the thrust needed in these flights, as where a battery sags."
         )
         assert sagging.startswith("1 of 2 vehicle parameters")
-    assert answer(fine._replace(commands=None)).endswith("No flight was held out to test predictions.")
+    assert answer(fine._replace(commands=None)).endswith("intervals show how well this holds for other flights.")
 
 
 @pytest.fixture

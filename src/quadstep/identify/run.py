@@ -82,7 +82,7 @@ def answer(run: Identification) -> str:
     but = f" (but not {listed([*map(in_words, left)])})" if left else ""
     said = [f"{count} of {count + len(left)} vehicle parameters were identified{but}."]
     if run.commands is None:
-        said.append("No flight was held out to test predictions.")
+        said.append("No flight was held out: only the intervals show how well this holds for other flights.")
     else:
         ratio = percent(run.commands.ratio(AHEAD, "position").value)
         held_out = counted(len(run.commands.names), "flight")
@@ -191,8 +191,6 @@ def evidence(run: Identification, flights: Sequence[FlightRecord], start: Airfra
         )
         if found
     ]
-    if not tables:
-        said.append("No flight was held out: only the intervals show how well this holds for other flights.")
     return Evidence(
         name="Identified vehicle",
         kind="Identification",

@@ -96,14 +96,13 @@ def over_key(key: str, unit: str, bins: Bins, shown: ByKey) -> str:
             return f"with {key} = {bins.labels[place]}"
         return units.numerals(f"from {bins.edges[place]:.3g} to {bins.edges[place + 1]:.3g} {unit}".rstrip(" -"))
 
-    ordered = sorted(shown.good, key=lambda place: shown.good[place].value)
-    worst, best, high = shown.good[ordered[0]].value, shown.good[ordered[-1]].value, shown.good[ordered[0]].high
-    alike = [place for place in ordered if shown.good[place].value == worst]
-    said = f"{units.percent(worst)} of the flights succeed in every group."
-    if worst < best:
-        where = group(alike[0]) if len(alike) == 1 else f"in {len(alike)} groups"
-        said = f"fewest flights succeed {where}, {units.percent(worst)}; most elsewhere, {units.percent(best)}"
-        chance = high >= max(one.low for one in shown.good.values())
+    (first, worst), *others = sorted(shown.good.items(), key=lambda one: one[1].value)
+    said = f"{units.percent(worst.value)} of the flights succeed in every group."
+    if others and others[-1][1].value > worst.value:
+        alike = 1 + sum(one.value == worst.value for _, one in others)
+        said = f"fewest flights succeed {group(first) if alike == 1 else f'in {alike} groups'}, {units.percent(worst.value)}; "
+        said += f"most elsewhere, {units.percent(others[-1][1].value)}"
+        chance = worst.high >= max(one.low for _, one in others)
         said += ", which may be chance: the 95 % intervals overlap." if chance else "."
     if len(shown.errors) > 1:
         ends = [edge(shown.errors, key=lambda place: shown.errors[place][1]) for edge in (min, max)]

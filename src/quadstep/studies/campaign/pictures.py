@@ -244,15 +244,9 @@ def draw_success(axes: Axes, bins: Bins, good: Mapping[int, Estimate]) -> None:
     places = list(good)
     value, low, high = (100.0 * np.array(part) for part in zip(*good.values(), strict=True))
     bottom = max(0.0, 100.0 - 1.15 * (100.0 - float(low.min())))
-    if bins.edges is None:
-        at = np.array(places, dtype=float)
-        axes.hlines(value, at - 0.3, at + 0.3, color=LINE, linewidth=1.2)
-        axes.vlines(at, low, high, color=LINE, linewidth=1.2)
-    else:
-        left, right = bins.edges[places], bins.edges[[place + 1 for place in places]]
-        at = middles(bins, places)
-        axes.hlines(value, left, right, color=LINE, linewidth=1.2)
-        axes.vlines(at, low, high, color="0.4", linewidth=1.0)
+    at, left, right = across(bins, places)
+    axes.hlines(value, left, right, color=LINE, linewidth=1.2)
+    axes.vlines(at, low, high, color="0.4", linewidth=1.0)
     axes.plot(at, value, linestyle="", marker="o", markersize=3.0, color=LINE)
     axes.set_ylim(bottom if bottom < 100.0 else 99.0, 100.0 + 0.04 * (100.0 - bottom or 1.0))
     axes.set_title("succeed [%], with exact 95 % intervals")
@@ -269,12 +263,11 @@ def draw_errors(axes: Axes, bins: Bins, errors: Mapping[int, Numbers]) -> None:
         return
     places = list(errors)
     low, middle, high = factor * np.array(list(errors.values())).T
+    at, left, right = across(bins, places)
     if bins.edges is None:
-        at = np.array(places, dtype=float)
-        axes.bar(at, high - low, 0.6, low, **FILL)
-        axes.hlines(middle, at - 0.3, at + 0.3, color=LINE, linewidth=1.6)
+        axes.bar(at, high - low, right - left, low, **FILL)
+        axes.hlines(middle, left, right, color=LINE, linewidth=1.6)
     else:
-        at = middles(bins, places)
         axes.fill_between(at, low, high, linewidth=0.0, **FILL)
         axes.plot(at, middle, color=LINE, linewidth=1.4, marker="o", markersize=2.5)
     if spans_decades(float(low.min()), float(high.max())):
@@ -284,11 +277,13 @@ def draw_errors(axes: Axes, bins: Bins, errors: Mapping[int, Numbers]) -> None:
         axes.set_ylim(bottom=0.0)
 
 
-def middles(bins: Bins, places: Sequence[int]) -> Numbers:
-    """The middle of some ranges as it appears on the axis."""
-    assert bins.edges is not None
+def across(bins: Bins, places: Sequence[int]) -> tuple[Numbers, Numbers, Numbers]:
+    """The middle of some bins as it appears on the axis, and their ends."""
+    if bins.edges is None:
+        at = np.array(places, dtype=float)
+        return at, at - 0.3, at + 0.3
     left, right = bins.edges[list(places)], bins.edges[[place + 1 for place in places]]
-    return np.sqrt(left * right) if bins.log else 0.5 * (left + right)
+    return np.sqrt(left * right) if bins.log else 0.5 * (left + right), left, right
 
 
 def logarithmic(axes: Axes, which: str = "x") -> None:
