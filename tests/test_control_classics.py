@@ -65,8 +65,6 @@ def test_geometric_tracking_is_lees(seed, bounds):
         angular = forward - g["turn_stiffness"] * e_r - g["turn_damping"] * e_w
         torque = g["inertia"] * angular + np.cross(m["rates"], g["inertia"] * m["rates"])
         same(command, force(0.0) @ rotation @ UP, torque, wanted)
-        np.testing.assert_allclose(list(command.r1), e[0] + e[1], rtol=1e-12)
-        np.testing.assert_allclose(list(command.r2), -e_w, rtol=1e-6, atol=1e-6)
         integral = shortened(integral + PERIOD * e[0], g["integral_bound"])
 
 
@@ -102,6 +100,4 @@ def test_the_cascaded_pid_is_its_four_loops(seed, bounds, limits):
         before, filtered = filtered, m["rates"] + np.exp(-g["rate_filter"] * PERIOD) * (filtered - m["rates"])
         angular = g["rate"] * e_w + i_w - g["rate_derivative"] * (filtered - before) / PERIOD
         same(command, force @ rotation @ UP, g["inertia"] * angular, wanted)
-        np.testing.assert_allclose(list(command.r1), e_v, rtol=1e-9)
-        np.testing.assert_allclose(list(command.r2), e_w, rtol=1e-6, atol=1e-9)
         i_w = shortened(i_w + PERIOD * g["rate_integral"] * e_w, g["rate_integral_bound"])

@@ -215,8 +215,11 @@ def test_the_pid_keeps_to_the_largest_speed_along_an_axis_and_the_largest_tilt()
         plan = mission("pid", controller=keys).plan()
         law, gains = plan.loop.controller, plan.parameters.gains
         behind = Measured(vector(-0.8, 0.1, 0.0), ZERO, IDENTITY, ZERO, 26.0, ZERO)
-        outer = law.guide(law.start(behind, gains), behind, HERE, gains, 0.0, 0.01).outer
-        return outer.force, list(outer.velocity_error - HERE.velocity), list(gains.outer.position)
+        outer, g = law.guide(law.start(behind, gains), behind, HERE, gains, 0.0, 0.01).outer, gains.outer
+        made = np.array(list(outer.force)) / g.mass - [0.0, 0.0, g.gravity]
+        asked = list(outer.integral / 0.01)  # I of the error, and twice what is made less P of the error
+        error = (asked - 2.0 * made) / (np.array(list(g.velocity_integral)) - 2.0 * np.array(list(g.velocity)))
+        return outer.force, list(error), list(g.position)
 
     force, speed, gain = force_and_speed(most_speed=100.0)
     assert speed[:2] == pytest.approx([0.8 * gain[0], -0.1 * gain[1]])

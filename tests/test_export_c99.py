@@ -289,7 +289,7 @@ def test_an_export_is_a_whole_folder(tmp_path):
         "pid.h", "pid.c", "pid_params.c", "pid_golden.h", "test_pid.c", "CMakeLists.txt", "datasheet.md", "export.json",
     }  # fmt: skip
     sheet = (tmp_path / "pid" / "datasheet.md").read_text(encoding="utf-8")
-    assert "RAM: 100 bytes of state" in sheet
+    assert "RAM: 88 bytes of state" in sheet
     assert "are yours" in sheet
     assert quadstep("export", mission, "--out", tmp_path / "pid").code == 0  # the same again
     other = write(tmp_path, TEXT + '[controller]\ntype = "pid"\nmass = 0.03\n', "other.toml")

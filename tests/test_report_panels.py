@@ -15,7 +15,8 @@ from quadstep.report.panels import flight_jobs, jobs_to_draw, labels_of, other_p
 from quadstep.report.sheet import Sheet, sheet
 
 PAPER = {"path": {"type": "minimum-jerk", "end": [0.1, 0.0, 0.1], "duration": 0.5}}
-REAL = PAPER | {"vehicle": {"preset": "crazyflie"}, "controller": {"type": "geometric"}}
+ON_AIRFRAME = PAPER | {"vehicle": {"preset": "crazyflie"}}
+REAL = ON_AIRFRAME | {"controller": {"type": "geometric"}}
 ERRORS = ["filtered errors", "L without weights"]
 NO_NETS = {"controller": {"type": "backstepping", "nets": {"enabled": False}}}
 WIND = {"wind": {"mean": [1.0, 0.0, 0.0]}}
@@ -28,6 +29,7 @@ BATTERY = {"vehicle": {"preset": "crazyflie", "effects": {"battery": True}}}
     (REAL | WIND, ["rotor thrust"]),
     (REAL | GUST, ["rotor thrust", "wind"]),
     (REAL | BATTERY, ["rotor thrust", "battery"]),
+    (ON_AIRFRAME | NO_NETS, ["rotor thrust", "filtered errors"]),
     (PAPER, ["rotor thrust", "norm of weights", *ERRORS]),
     (PAPER | NO_NETS, ["rotor thrust", *ERRORS]),
 ])  # fmt: skip

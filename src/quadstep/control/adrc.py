@@ -101,8 +101,6 @@ class Adrc(Controller):
             thrust=force @ up_axis(rotation_matrix(measured.attitude)),
             torque=torque_for(angular, measured, body),
             desired_attitude=yaw_pitch_roll(quaternion_of(attitude.rotation)),
-            r1=reference.velocity - measured.velocity,
-            r2=-errors.rates,
         )
         return command, memory
 

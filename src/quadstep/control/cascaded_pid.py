@@ -34,19 +34,18 @@ class OuterGains(NamedTuple):
 
 class OuterMemory(NamedTuple):
     """integral [m/s^2]: what the I part of velocity adds. force [N], wanted (unit quaternion) and turn [rad/s] of
-    that attitude about its thrust axis, velocity_error [m/s]: from the velocity loop.
+    that attitude about its thrust axis: from the velocity loop.
     """
 
     integral: Vector
     force: Vector
     wanted: Vector
     turn: Number
-    velocity_error: Vector
 
 
 def first_memory(measured: Measured, gains: OuterGains) -> OuterMemory:
-    zero = vector(0.0, 0.0, 0.0)
-    return OuterMemory(zero, vector(0.0, 0.0, gains.mass * gains.gravity), measured.attitude, 0.0, zero)
+    weight = vector(0.0, 0.0, gains.mass * gains.gravity)
+    return OuterMemory(vector(0.0, 0.0, 0.0), weight, measured.attitude, 0.0)
 
 
 def memory_on_entry(measured: Measured, reference: Reference, gains: OuterGains) -> OuterMemory:
@@ -67,7 +66,7 @@ def guided(memory: OuterMemory, measured: Measured, reference: Reference, gains:
     force = tilted_within(within(asked, gains.most_thrust), gains.most_tilt)
     lost = (force - asked) * (1.0 / gains.mass)  # anti-windup: what cannot be had is not integrated
     integral = memory.integral + period * (gains.velocity_integral * error + 2.0 * lost)
-    return OuterMemory(project(integral, gains.integral_bound), force, *turning_attitude(force, reference), error)
+    return OuterMemory(project(integral, gains.integral_bound), force, *turning_attitude(force, reference))
 
 
 def asked_rates(memory: OuterMemory, measured: Measured, gains: OuterGains) -> Vector:
@@ -137,7 +136,5 @@ class CascadedPid(Controller):
             thrust=outer.force @ up_axis(rotation_matrix(measured.attitude)),
             torque=gains.inertia * angular,
             desired_attitude=yaw_pitch_roll(outer.wanted),
-            r1=outer.velocity_error,
-            r2=rate_error,
         )
         return command, CascadedPidMemory(outer, rate_integral, rates)

@@ -77,12 +77,9 @@ class DynamicLinearisation(Controller):
             + gains.position * (reference.position - measured.position)
         )
         made = driving(memory.push, snap, measured, reference, gains, period)
-        command = Command(
-            thrust=made.thrust, torque=made.torque, r1=reference.velocity - measured.velocity, r2=-measured.rates
-        )
         following = DynamicLinearisationMemory(
             push=made.push,
             velocity=memory.velocity + period * (acceleration + gains.observer * smooth_root(off, LAYER)),
             disturbance=project(memory.disturbance + period * (gains.drift * smooth_sign(off, LAYER)), gains.bound),
         )
-        return command, following
+        return Command(made.thrust, made.torque), following

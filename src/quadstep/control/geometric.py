@@ -120,8 +120,6 @@ class Geometric(Controller):
             thrust=force @ axis,
             torque=torque,
             desired_attitude=yaw_pitch_roll(quaternion_of(wanted.rotation)),
-            r1=e_dot + e,
-            r2=-errors.rates,
         )
         return command, GeometricMemory(project(memory.integral + period * e, gains.integral_bound))
 
@@ -199,8 +197,6 @@ class GeometricAdaptive(Controller):
             thrust=force @ up_axis(rotation),
             torque=torque_for(angular, measured, body),
             desired_attitude=yaw_pitch_roll(quaternion_of(attitude.rotation)),
-            r1=reference.velocity - measured.velocity,
-            r2=-errors.rates,
         )
         e_x, e_v = measured.position - reference.position, measured.velocity - reference.velocity
         off, off_r = e_v + gains.coupling * e_x, errors.rates + gains.turn_coupling * errors.attitude

@@ -135,8 +135,6 @@ class GeometricL1(Controller):
             thrust=force @ axis - body.mass * memory.along,
             torque=torque_for(turned(errors, gains.turn) - memory.about[1], measured, body),
             desired_attitude=yaw_pitch_roll(quaternion_of(attitude.rotation)),
-            r1=reference.velocity - measured.velocity,
-            r2=-errors.rates,
         )
         return command, memory
 

@@ -155,5 +155,5 @@ class HInfinityLinearisation(Controller):
         for one, state in zip(gains.feedback, states, strict=True):
             snap = snap + one * state
         made = driving(memory.push, snap, measured, reference, gains, period)
-        command = Command(thrust=made.thrust, torque=made.torque, r1=states[2], r2=-measured.rates)
-        return command, HInfinityMemory(made.push, project(memory.integral + period * e, gains.integral_bound))
+        integral = project(memory.integral + period * e, gains.integral_bound)
+        return Command(made.thrust, made.torque), HInfinityMemory(made.push, integral)

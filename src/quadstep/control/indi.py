@@ -123,8 +123,6 @@ class Indi(Controller):
             thrust=force @ axis,
             torque=torque[1] + body.inertia * (turned(errors, gains.turn) - turning),
             desired_attitude=yaw_pitch_roll(quaternion_of(attitude.rotation)),
-            r1=reference.velocity - measured.velocity,
-            r2=-errors.rates,
         )
         return command, IndiMemory(made, pushed, felt, rates, torque)
 

@@ -195,8 +195,6 @@ class Lqr(Controller):
             thrust=gains.mass * (gains.gravity + reference.acceleration[2] + rising),
             torque=gains.inertia * angular,
             desired_attitude=vector(reference.yaw, forward[3] / gains.gravity, -left[3] / gains.gravity),
-            r1=-position - velocity,
-            r2=-measured.rates,
         )
         return command, LqrMemory(project(memory.integral + period * position, gains.integral_bound))
 

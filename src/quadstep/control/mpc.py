@@ -256,8 +256,6 @@ class Mpc(Controller):
             thrust=maximum(lifting @ target.axis, 0.0),
             torque=inertia * angular + gyroscopic,
             desired_attitude=yaw_pitch_roll(quaternion_of(target.wanted.rotation)),
-            r1=reference.velocity - measured.velocity,
-            r2=target.wanted.rates - measured.rates,
         )
         return command, self.observe(memory, measured, weights, period)
 

@@ -193,8 +193,6 @@ class Mppi(Controller):
             thrust=force @ axis,
             torque=torque_for(angular, measured, gains),
             desired_attitude=yaw_pitch_roll(quaternion_of(wanted.rotation)),
-            r1=reference.velocity - measured.velocity,
-            r2=-errors.rates,
         )
         made = (measured.thrust / gains.mass) * axis - up
         velocity, push = observed(memory.velocity, memory.push, measured.velocity, made, gains.observer, period)

@@ -42,7 +42,7 @@ def rate_loop(
     error = asked.rates - measured.rates
     angular = gains.proportional * error + integral
     torque = torque_for(angular, measured, gains)
-    command = Command(asked.thrust, torque, asked.desired_attitude, r2=error)
+    command = Command(asked.thrust, torque, asked.desired_attitude)
     return command, project(integral + period * (gains.integral * error), gains.bound)
 
 

@@ -180,6 +180,6 @@ class StateSpaceBackstepping(Controller):
             thrust=gains.mass * thrust.push,
             torque=torque_for(angular, measured, gains),
             r1=found.e2,
-            r2=vector(e4[0], e4[1], -measured.rates[2]),
+            r2=vector(e4[0], e4[1], axis[2] * reference.yaw_rate - measured.rates[2]),
         )
         return command, StateSpaceMemory(project(memory.integral + period * found.e1, gains.integral_bound))

@@ -212,7 +212,6 @@ class ThrustExtendedBackstepping(Controller):
         now = motion(measured, memory.push)
         errors = backstepped(gains, memory.integral, measured, reference, now.force, now.force_rate)
         made = driving(memory.push, errors.snap, measured, reference, gains, period)
-        command = Command(thrust=made.thrust, torque=made.torque, r1=-errors.velocity, r2=-measured.rates)
-        return command, ThrustExtendedMemory(
+        return Command(made.thrust, made.torque), ThrustExtendedMemory(
             made.push, project(memory.integral + period * errors.position, gains.integral_bound)
         )

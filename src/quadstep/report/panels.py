@@ -170,15 +170,14 @@ def input_panels(log: FlightLog, efforts: Mapping[str, str] | None = None) -> li
 def other_panels(log: FlightLog) -> list[Panel]:
     """Rotors, air, nets, errors of the law and battery.
 
-    Those that the log does not have are left out, and those with nothing to see: weights of a law without nets, a steady wind,
-    an ideal battery; on a real vehicle filtered errors too, which only a law with nets defines there.
+    Those that the log does not have are left out, and those with nothing to see: weights of a law without nets, filtered
+    errors of a law that defines none, a steady wind, an ideal battery.
     """
-    defined = LEARNING in log.columns or ("norm_W1" in log.columns and bool(log.column("norm_W1").any()))
     drawn = (
         ("rotor thrust", "N", {name: name for name in rotor_columns(log.columns)}),
         ("wind", "m/s", {f"wind_{axis}": axis for axis in "xyz"}),
         ("norm of weights", "-", {"norm_W1": "W1", "norm_W2": "W2"}),
-        ("filtered errors", "m/s, rad/s", {"norm_r1": "|r1|", "norm_r2": "|r2|"} if defined else {}),
+        ("filtered errors", "m/s, rad/s", {"norm_r1": "|r1|", "norm_r2": "|r2|"}),
         ("L without weights", "J", {"lyapunov": "L"}),
         ("battery", "V", {"voltage": "voltage"}),
     )
