@@ -49,11 +49,10 @@ def ranking(
             line += " The rest is due to whatever else is random in a flight, and to the coarseness of the estimate."
         elif clear and not campaign.file.correlated:
             together = min(1.0, sum(one.value for one in clear.values()))
-            who, whole = f"only {words(next(iter(clear)))} matters for sure:", f"{100.0 * together:.3g} %"
-            if len(clear) > 1:
-                who, whole = f"the {len(clear)} keys that matter for sure explain", f"{whole} together"
-            line += f" Taken one by one, {who} {whole};"
-            line += " the rest is due to the others, interactions and noise."
+            known = f"Taken one by one, the {len(clear)} keys that matter for sure explain {100.0 * together:.3g} % together"
+            if len(clear) == 1:
+                known = f"Only {words(next(iter(clear)))} matters for sure, with {100.0 * together:.3g} %"
+            line += f" {known}; the rest is due to the others, interactions and noise."
         if pair and certain(pair.share, pair.pairs):
             line += (
                 f" {units.listed([*map(words, pair.keys)])} together explain {percent(pair.share)} % more than each does alone"
