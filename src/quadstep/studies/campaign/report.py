@@ -94,7 +94,7 @@ def write_report(store: Store, campaign: Campaign, summary: CampaignSummary, pat
 def evidence(of: ReportSubject) -> Evidence:
     """What the report says; draws its figures."""
     flown, summary, name = of.store.read([OUTCOME, TIME, RMSE, LARGEST, SUCCESS]), of.summary, of.campaign.file.name
-    through = np.asarray(flown[OUTCOME].combine_chunks().indices) == OUTCOMES.index(OUTCOMES[0])
+    through = over_as(flown, OUTCOMES[0])
     rmse = np.where(through, number(flown[RMSE]), np.nan)
     sections = [
         *distribution_section(of, flown, through),
