@@ -184,14 +184,14 @@ def test_a_loop_that_swings_about_a_rest_is_unstable_there_and_said_to_swing(tmp
     run = quadstep("linear", EXAMPLES / "super_twisting.toml", "--out", tmp_path / "out")
     unstable, swings = run.out.splitlines()[-3:-1]
     assert unstable.startswith("Unstable: a mode grows by a factor of 2.72 in 0.")
-    said = r"Flown there, it does not settle: it swings by 1\d(\.\d)? mm along [xy] every 0.\d+ s\."
+    said = r"Flown at rest where its path begins, it does not settle: it swings by 1\d(\.\d)? mm along [xy] every 0.\d+ s\."
     assert re.fullmatch(said, swings.replace("\u00a0", " "))
     assert strict_json(tmp_path / "out" / "linear.json")["sentences"] == [unstable, swings]
 
 
 def test_what_a_flight_of_an_unstable_loop_does_is_said():
     wild = hover({"type": "geometric", "k_Omega": 2000.0})
-    assert re.match(r"Flown there, it (is lost after|does not settle)", flown_from_rest(wild))
+    assert re.match(r"Flown at rest where its path begins, it (is lost after|does not settle)", flown_from_rest(wild))
     assert "too slowly to be seen" in flown_from_rest(hover())
 
 

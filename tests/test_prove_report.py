@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from quadstep.proofs.prove.report import MARK, TubeRecord, tube, widest
+from quadstep.proofs.prove.report import MARK, ProofVerdict, TubeRecord, VerdictKind, tube, widest, write_report
 from quadstep.proofs.prove.run import prove_mission
 from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
@@ -68,6 +68,17 @@ def test_a_tube_of_a_long_flight_is_drawn_with_few_points_and_its_extremes():
     assert (heights.max(), heights.min()) == pytest.approx((1e3 * (error + bound).max(), 1e3 * (error - bound).min()))
 
 
+def test_a_bound_that_stays_the_same_lies_below_the_edge_and_is_named_along_every_axis(tmp_path):
+    bound = np.full((11, 2), 0.10005)
+    bound[-1, 0] += 1e-9  # less than is written
+    traced = TubeRecord(("x", "z"), np.linspace(0.0, 1.0, 11), 0.0 * bound, bound, (), np.zeros(0), np.zeros((0, 0)))
+    for band in tube(traced).axes[1::2]:
+        assert band.get_ylim()[0] == 0.0 and band.get_ylim()[1] > 1.03 * band.lines[0].get_ydata().max()
+    verdict = ProofVerdict("Still", VerdictKind.PROVED, [["x", "proved", "1", "1"]], ["proved: every flight."], traced=traced)
+    write_report(tmp_path / "one.html", verdict)
+    assert "it is largest along x and z, 100.1 mm at" in (tmp_path / "one.html").read_text().replace("\u00a0", " ")
+
+
 def test_the_band_is_the_tube_of_the_proof(proved):
     _, file, _ = proved
     verdict = prove_mission(file, others=Unknown(start=1e-4))
@@ -97,5 +108,5 @@ def test_a_tube_that_stays_open_is_reported_as_far_as_it_is_closed(tmp_path):
     run = quadstep("prove", write(tmp_path, MISSION, "m.toml"), "--start", 0.5, "--out", tmp_path / "tube.json")
     assert run.code == 1
     text = (tmp_path / "tube.html").read_text(encoding="utf-8")
-    assert "Open: under a start within" in text
+    assert "Open: from any start within" in text
     assert not (tmp_path / "tube.json").exists()

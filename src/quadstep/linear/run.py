@@ -80,6 +80,9 @@ STEADY = 0.5
 """Share by which the swing may change over the last half of the flight where it neither grows nor decays."""
 
 
+THERE = "Flown at rest where its path begins"
+
+
 def flown_from_rest(mission: Mission) -> str:
     """A sentence on a flight that is to stay where the path begins, without noise, gusts and events, after a small step."""
     path = mission.path.build(mission.folder)
@@ -88,18 +91,18 @@ def flown_from_rest(mission: Mission) -> str:
     except UserError as error:  # a law of the user's own that fails there
         return f"It cannot be flown at rest: {error}."
     if log.outcome is not Outcome.COMPLETED:
-        return f"Flown there, it is lost after {log.ended:.3g} s."
+        return f"{THERE}, it is lost after {log.ended:.3g} s."
     t, half = log.column("t"), len(log.rows) // 2
     axes = {name: log.column(name)[half:] for name in ("x", "y", "z")}
     axis, values = max(axes.items(), key=lambda one: np.ptp(one[1]))
     first, last = np.ptp(values[: len(values) // 2]), np.ptp(values[len(values) // 2 :])
     if np.ptp(values) < 2.0 * LEAST:
-        return f"Flown there, it stays within {quantity(LEAST, 'm')} for {LONG:g} s: it grows too slowly to be seen."
+        return f"{THERE}, it stays within {quantity(LEAST, 'm')} for {LONG:g} s: it grows too slowly to be seen."
     trend = ", still growing" if last > (1.0 + STEADY) * first else ", decaying" if last < (1.0 - STEADY) * first else ""
     every = period(t[half:], values)
     swing = f"it swings by {quantity(0.5 * float(last), 'm')} along {axis}"
     about = f" every {quantity(every, 's')}" if every else ""
-    return f"Flown there, it does not settle: {swing}{about}{trend}."
+    return f"{THERE}, it does not settle: {swing}{about}{trend}."
 
 
 def period(t: Array, values: Array) -> float:
@@ -165,7 +168,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     draw(out / FIGURES, found, moves, sheet.with_svg())
     margins = f"{mission.name}: margins, one loop opened at a time"
     return done._replace(
-        facts=[with_limit(one, found) for one in worst.facts([("", found)])],
+        facts=[*(with_limit(one, found) for one in worst.facts([("", found)])), overshoot(moves)],
         figures=[Figure(f"{FIGURES}/{name}", caption) for name, caption in captions(found, moves).items()],
         sections=[
             TableSection("Margins", "margins", tables.MARGIN_HEADER, tables.margin_rows(found), tables.METHOD, shown=margins),
@@ -193,6 +196,13 @@ def with_limit(fact: markup.Fact, analysis: Analysis) -> markup.Fact:
     asked = (one for one in graded(analysis).measures if one.limit and fact.what == f"least {one.what} margin")
     needed = (f"a sound loop has at least {one.text(one.limit)}" for one in asked)
     return fact._replace(more="; ".join(filter(None, (fact.more, *needed))))
+
+
+def overshoot(moves: list[StepResponse]) -> markup.Fact:
+    over = max(moves, key=lambda one: one.overshoot)
+    return markup.Fact(
+        "largest overshoot", f"{100.0 * over.overshoot:.3g} %", f"a step of {over.name}; grades do not count it"
+    )
 
 
 def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:

@@ -103,10 +103,11 @@ def under(unknown: Unknown) -> str:
         f"{pushed} that may change at every sample" if pushed else "",
         f"a mass within {100 * unknown.mass:g} %" if unknown.mass else "",
         f"inertias within {100 * unknown.inertia:g} %" if unknown.inertia else "",
-        f"a start within {' and '.join(off(unknown))} of the mission's on each axis" if off(unknown) else "",
     ]
     words = [one for one in said if one]
-    return f"under {units.listed(words)}" if words else "from this start, with nothing unknown,"
+    starts = f"from any start within {' and '.join(off(unknown))} of the mission's on each axis" if off(unknown) else ""
+    every = " and ".join(filter(None, [starts, f"under {units.listed(words)}" if words else ""]))
+    return every or "from this start, with nothing unknown,"
 
 
 KIND = "Proof"
@@ -154,11 +155,12 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
     with tempfile.TemporaryDirectory() as folder:
         out, traced = Path(folder), verdict.traced
         if traced is not None and len(traced.time) > 1:
-            sample, axis = np.unravel_index(np.argmax(traced.bound), traced.bound.shape)
+            widest_at, most = np.argmax(traced.bound.max(axis=1)), millimetres(float(traced.bound.max()))
+            along = [axis for axis, one in zip(traced.axes, traced.bound.max(axis=0), strict=True) if millimetres(one) == most]
             caption = (
                 "The position error of the mission's own flight, in a band that contains every flight, and half the width of "
-                f"that band; it is largest along {traced.axes[axis]}, {millimetres(float(traced.bound.max()))} mm at "
-                f"{units.quantity(float(traced.time[sample]), 's')}."
+                f"that band; it is largest along {units.listed(along)}, {most} mm at "
+                f"{units.quantity(float(traced.time[widest_at]), 's')}."
             )
             drawn = [Figure("tube", caption)]
             draw(out / "tube", tube, traced)
@@ -222,7 +224,7 @@ def tube(traced: TubeRecord) -> Drawing:
         band.plot(*canvas.thin(traced.time, bound), label="at most off the flight", **canvas.LINES[0])
         path.set_ylabel(f"error in {axis} [mm]")
         band.set_ylabel("half-width [mm]")
-        band.set_ylim(bottom=0.0)
+        band.set_ylim(0.0, 1.08 * float(bound.max()) or None)  # a bound that stays the same is no edge of its axes
     for panel in panels[-1]:
         panel.set_xlabel("time [s]")
     return figure
