@@ -267,7 +267,7 @@ def test_a_page_gets_output_links_and_what_flew(tmp_path):
     long = with_listings("# T\n\n    quadstep vehicles\n", [Ran(3, "ran", "a\n" * 99 + "Verdict\n", 0.1)], showing=True)
     assert "more lines" in long and long.rstrip().endswith("Verdict\n```")
     missing = with_flights("<!-- figure: out/x.svg | What to see -->", None, tmp_path / "static", "lessons/a.md")
-    assert missing.startswith(f"*{MISSING}out/x.svg"), "says so where its listings have not run"
+    assert missing.startswith(f"*{MISSING}") and "this figure" in missing, "says so where its listings have not run"
 
 
 def test_a_page_of_many_sections_lists_them_after_its_introduction():
@@ -303,6 +303,7 @@ def test_the_reference_has_every_command_and_option():
         assert f"## {name}\n" in text
         for option in command.params:
             assert option.name == "help" or option.help or option.name == "shown", f"{name} {option.name} has no help"
+    assert not re.search("--[a-z]", re.sub("`[^`\n]*`", "", text)), "an option that breaks at its hyphens"
 
 
 @pytest.mark.parametrize("name", keys.FILES)
@@ -319,6 +320,7 @@ def test_keys_say_unit_range_and_default():
     text = "".join(map(keys.page, keys.FILES))
     assert "| `radius` | radius of the circle | a number above 0 | m | needed |" in text
     assert " | a number from 3 to 305 | m | `6.096` |" in text
+    assert "| `wheelbase` | distance between diagonally opposite motors | a number from 0.001 to 1000 | m | needed |" in text
     assert ' | `"standard"`, `"printed"`, `"rigid"` |  | `"standard"` |' in text
     assert re.search(
         r"^\| `k_x` \| stiffness of .* \| one number or three numbers above 0 \| 1/s\^2 \| `14.61` \(x500\) \|$",
@@ -381,7 +383,8 @@ def built(tmp_path_factory):
     (folder / "index.md").write_text(f"# A\n\n{said}\n\n```{{toctree}}\nkeys\ncommands\nlessons/1\n```\n")
     (folder / "lessons").mkdir()
     (folder / "lessons" / "1.md").write_text(
-        "# A\n\nFly first. The phase margin $\\dot x_{r1}$, of a mission.\n\n## Exercises\n\n1. Fly.\n2. Land.\n"
+        "# A\n\nFly first. The phase margin $\\dot x_{r1}$, of a mission.\n\nRaise `Lambda2` to 9.\n\n"
+        "## Exercises\n\n1. Fly.\n2. Land.\n"
     )
     (folder / "keys.md").write_text(keys.page("campaign-file").replace("(docs/campaigns.md)", ""))
     (folder / "commands.md").write_text(commands_page())
@@ -400,6 +403,12 @@ def test_a_result_of_the_search_shows_the_sentence_that_holds_the_words(built, b
     assert (
         page.locator("#search-results li:has(a[href^=lessons]) p.context").inner_text()
         == "The phase margin x_r1, of a mission."
+    )
+    page.goto(f"{(built / 'search.html').as_uri()}?q=%CE%9B2")
+    page.wait_for_selector("#search-results li:has(a[href^=lessons]) p.context:has-text('Raise Lambda2 to 9.')")
+    page.goto(f"{(built / 'search.html').as_uri()}?q=qwertz")
+    page.wait_for_function(
+        "document.querySelector('#search-results p.search-summary')?.innerText.startsWith('No page has all')"
     )
     browsers[False].blank()
 

@@ -1,8 +1,11 @@
 // The site's search. It ranks by the words of the query in titles of pages, then of sections, then by how many sentences hold all of
 // them; the glossary above other mentions, decisions and changes below them. sentences.js has every page's: place, section, text.
+const GREEK = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho sigma sigma tau upsilon phi chi psi omega".split(" ");
+const spelled = (text) => text.normalize("NFKC").toLowerCase().replace(/[α-ω]/g, (letter) => GREEK[letter.charCodeAt(0) - 0x3b1]);
+var splitQuery = (query) => spelled(query).split(/[^\p{L}\p{N}_]+/u).filter((word) => word); // a symbol as it is shown: Λ2, η_d
 const asked = () => {
   const said = new URLSearchParams(location.search).get("q") || "";
-  return said.toLowerCase().split(/[^\p{L}\p{N}_-]+/u).filter((word) => word === "own" || (word && !stopwords.has(word)));
+  return spelled(said).split(/[^\p{L}\p{N}_-]+/u).filter((word) => word === "own" || (word && !stopwords.has(word)));
 };
 const LONGEST = 240; // of a sentence as it is shown
 const stems = (words) => words.map((word) => new Stemmer().stemWord(word));
@@ -25,6 +28,8 @@ var Scorer = {
   },
 };
 // At once, for the search begins with the first listener of the loaded document.
+Documentation.TRANSLATIONS["Your search did not match any documents. Please make sure that all words are spelled correctly and that you've selected enough categories."] =
+  "No page has all of these words. Try fewer, or check their spelling.";
 "add can change does get have how i make me my our should use want what when where which why you your".split(" ").forEach((word) => stopwords.add(word));
 // Below each result stands the sentence that holds most of the words; Sphinx would fetch the page and cut its text.
 new MutationObserver((changes) => changes.flatMap((one) => [...one.addedNodes]).forEach((item) => {

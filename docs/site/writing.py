@@ -28,7 +28,7 @@ MOST_LINES, LAST_LINES = 60, 10
 
 ARTICLE = "out/article.html"
 
-MISSING = "Missing figure: "
+MISSING = "Not here yet: "
 """What begins the text that stands for a figure or a page of a listing that has not run."""
 
 MENTION = re.compile(
@@ -144,7 +144,7 @@ def with_flights(text: str, folder: Path | None, static: Path, place: str) -> st
         shown_first, _, caption = (part.strip() for part in said.partition("|"))
         file, *anchor = shown_first.split("#")
         if folder is None:
-            return f"*{MISSING}{shown_first} is not there yet: `make docs` makes it.*"
+            return f"*{MISSING}`make docs` flies this page's listings, which make this {kind}.*"
         if not (folder / file).is_file():
             raise MissingError(f"{place}: shows {file}, which its listings do not make")
         own = "" if file == ARTICLE else f"{folder.name}-"  # the article is the same for all

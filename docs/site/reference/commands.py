@@ -1,5 +1,6 @@
 """The page of the commands, from the command line itself."""
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,6 +15,11 @@ HEAD = """\
 Every command with its arguments and options, made from the command line itself. `quadstep COMMAND --help` says the same.
 `--no-user-code` and `--traceback` may stand anywhere on the command line.
 """
+
+
+def with_options(text: str) -> str:
+    """A help text with the options that it names set as code, as what it quotes is already."""
+    return re.sub(r"`[^`]*`|--[a-z][a-z-]*", lambda found: found[0] if found[0][0] == "`" else f"`{found[0]}`", text)
 
 
 def leaves(command: Any, path: str) -> Iterator[tuple[str, Any]]:
@@ -33,9 +39,9 @@ def commands() -> list[tuple[str, Any]]:
 def section(path: str, command: Any) -> str:
     """One command."""
     records = command.records(command.make_context(path, [], resilient_parsing=True))
-    rows = [(code(name), prose(told)) for _, name, told in records if name != "--help"]
+    rows = [(code(name), prose(with_options(told))) for _, name, told in records if name != "--help"]
     body = table(("name", "meaning"), rows) if rows else "No arguments.\n"
-    return f"## {path}\n\n{prose(command.help or '')}\n\n{body}"
+    return f"## {path}\n\n{prose(with_options(command.help or ''))}\n\n{body}"
 
 
 def page() -> str:

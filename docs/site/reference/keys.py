@@ -159,6 +159,8 @@ def ends(notes: list[Any]) -> str:
         if isinstance(note, annotated_types.Le) and isinstance(note.le, int | float) and note.le < 1e6
     ]
     found = [one for one in found if one not in ("from -1e+09", "below 9.22337e+18")]
+    if any(one.startswith("from ") and one > "from 0" for one in found):
+        found = [one for one in found if one != "above 0"]  # said already
     return " ".join([*found, *(f"to {one:g}" for one in most)])
 
 

@@ -29,7 +29,7 @@ class MountSection(Section):
 
     position: Annotated[Triple, Quantity("m", "position in body axes")]
     axis: Annotated[Triple, Quantity("", "unit vector of its thrust")] = (0.0, 0.0, 1.0)
-    spin: Annotated[Literal["ccw", "cw"], Quantity("", "direction of spin, seen from above")]
+    spin: Annotated[Literal["ccw", "cw"], Quantity("", "direction of spin, viewed against its axis")]
 
     def model_post_init(self, context: object) -> None:
         length = Vector(self.axis).norm()

@@ -144,7 +144,7 @@ def parameters(vehicle: AirframeSection) -> list[VehicleNumber]:
             f"rotor {place + 1}",
             f"({short_text(mount.position)}), {'ccw' if mount.spin > 0 else 'cw'}",
             "m",
-            "where it is, and how it turns seen from above",
+            "where it is, and how it turns, viewed against its axis",
             source(vehicle.sources, "rotors") or source(vehicle.sources, "layout"),
         )
         for place, mount in enumerate(vehicle.geometry().mounts)

@@ -117,7 +117,7 @@ def settings(request: Request) -> list[tuple[str, str]]:
         *axes,
         ("flights per cell", str(request.flights)),
         ("a flight fails", request.campaign.failing),
-        ("a cell counts as flyable", f"if {enough(request)[0]} succeed"),
+        ("a cell counts as flyable", f"if {enough(request)[0]} succeed" if request.flights > 1 else "if its flight succeeds"),
         ("results of every cell", DATA),
     ]
 

@@ -75,7 +75,7 @@ def equation_27() -> Checks:
     return Checks([same("r2 of the law for Lambda_2 = I, at the desired rates", r2.xreplace(matched), E2)])
 
 
-@row("28", "sliding mode error of the attitude", "r2 = e2_dot + Lambda_2 e2", ERRORS, EquationVerdict.AS_PRINTED,
+@row("28", "filtered error of the attitude", "r2 = e2_dot + Lambda_2 e2", ERRORS, EquationVerdict.AS_PRINTED,
      "e2_dot by the command filter, see eta_d_dot")  # fmt: skip
 def equation_28() -> Checks:
     return Checks([same("r2 of the law", loop.sample().command.r2, E2_DOT + LAMBDA_2 * E2)])

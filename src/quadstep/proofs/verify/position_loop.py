@@ -71,7 +71,7 @@ def equation_11() -> Checks:
     return Checks([same("r1 of the law for Lambda_1 = I, at the path's velocity", r1.xreplace(matched), E1)])
 
 
-@row("12", "sliding mode error", "r1 = e1_dot + Lambda_1 e1", LAW, EquationVerdict.AS_PRINTED)
+@row("12", "filtered error", "r1 = e1_dot + Lambda_1 e1", LAW, EquationVerdict.AS_PRINTED)
 def equation_12() -> Checks:
     return Checks([same("r1 of the law", loop.sample().command.r1, E1_DOT + LAMBDA_1 * E1)])
 
