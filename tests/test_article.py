@@ -5,20 +5,25 @@ import itertools
 import json
 import re
 import shutil
+from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from docs.article import FIGURES, STILLS, WIDTH, stills
 from docs.site.pages import ROOT
-from quadstep import fly
+from quadstep import fly, read_mission
 from quadstep.commands.serve import explain, link_pair
 from quadstep.control.vectoring import invert_force
 from quadstep.io.errors import UserError
-from quadstep.numbers import Vector
+from quadstep.mission.lagrange import LagrangeMission
+from quadstep.numbers import Number, Vector
 from quadstep.page.build import fill
 from quadstep.proofs.article import FLIGHTS, SHOWN, article, ball, body, missions, printed_roll, tools
 from quadstep.proofs.certify.certificate import error_radius
+from quadstep.vehicle.in_space import COLUMNS
+from quadstep.vehicle.lagrange import Lagrange
 from quadstep.vehicle.paper import thrust_direction
 from tests.browsers import axe, until
 from tests.frontend import FRONTEND
@@ -127,6 +132,65 @@ def test_the_four_rates_are_the_rate_of_l(article_file):
         late = slice(60, None)  # past the first second, where 20 ms from row to row are short
         assert np.abs(found - rate[1:-1])[late].max() < 0.03 * np.abs(rate[late]).max(), name
         assert np.abs(one["rate_coupling"][late]).max() > 0.05 * np.abs(rate[late]).max()
+
+
+SLOW = {"Lambda2": 0.5, "K_r2": 6.0}
+"""Gains with which Figure 5 begins."""
+
+
+class Asked(NamedTuple):
+    thrust: Number
+    torque: Vector
+    attitude: Vector
+
+
+@dataclass(frozen=True)
+class Obeyed(Lagrange):
+    """The paper's plant, on which the force that the law asks for acts, whatever the attitude."""
+
+    def rest(self, state, p):
+        return super().rest(state, p)[0], Asked(0.0, state.rates, state.rates)
+
+    def actuate(self, p, command):
+        return Asked(command.thrust, command.torque, command.desired_attitude)
+
+    def rate(self, p, state, held, wind, time):
+        made = super().rate(p, state, held, wind, time)
+        missing = held.thrust * (thrust_direction(held.attitude) - thrust_direction(state.attitude))
+        return made._replace(velocity=made.velocity + (1.0 / p.vehicle.mass) * missing)
+
+
+def obeyed_and_flown(mission):
+    """The errors of position [m], |r| and the flight: with the wanted force, and as it is."""
+    plan = mission.plan()
+    plant = Obeyed(**{one.name: getattr(plan.loop.plant, one.name) for one in fields(Lagrange)})
+    for flight in (fly(plan._replace(loop=replace(plan.loop, plant=plant))), fly(plan)):
+        away = np.hypot.reduce([flight.column(axis) - flight.column(f"{axis}_d") for axis in "xyz"])
+        yield away, np.hypot(flight.column("norm_r1"), flight.column("norm_r2")), flight
+
+
+def test_with_the_wanted_force_the_flights_that_diverge_come_home():
+    begun = {**FLIGHTS["lyapunov"], "controller": {**FLIGHTS["lyapunov"]["controller"], **SLOW}}
+    (near, r, _), (_, loose, _) = obeyed_and_flown(LagrangeMission.model_validate(begun))
+    assert 0.005 < near[-1] < 0.015, "1 cm"
+    assert r.max() == r[0]
+    assert loose.max() > 5 * r.max()
+    (near, _, whole), (_, _, lost) = obeyed_and_flown(read_mission(ROOT / "examples" / "theorem_fails.toml"))
+    assert whole.column("t")[-1] == 40.0
+    assert np.sqrt(np.mean(near**2)) == pytest.approx(0.2e-6, abs=0.05e-6)
+    assert 6.0 < lost.column("t")[-1] < 7.0
+
+
+@needs(NODE)
+def test_what_raises_l_in_figure_5_is_as_the_text_says(article_file):
+    named = {"slope_2": SLOW["Lambda2"], "gain_2": SLOW["K_r2"]}
+    logs, shown = flown_in_node(article_file, {f"gains.{key}.{i}": value for key, value in named.items() for i in range(3)})
+    one, rows = shown["lyapunov"], logs["lyapunov"].reshape(len(shown["lyapunov"]["L_position"]), -1)
+    late = round(6.3 / 0.02) + 1
+    added = {name: np.trapezoid(one[f"rate_{name}"][:late], dx=0.02) for name in ("coupling", "unknown")}
+    assert added == pytest.approx({"coupling": 7.0, "unknown": 15.0}, abs=0.5)
+    at = round(4.6 / 0.02)
+    assert one["rate_unknown"][at] / rows[at, list(COLUMNS).index("norm_r2")] > 9.0, "|eps| is no less"
 
 
 @needs(NODE)
@@ -241,6 +305,33 @@ def test_links_of_the_text_set_a_figure_and_sliders_reach_their_ends(opened):
     for _ in range(11):
         page.locator("#lyapunov input").first.press("ArrowRight")
     assert until(page, lambda: "6.000 − 10 · 0.6030 = −0.030: does not hold" in text.text_content())
+
+
+@needs(CHROMIUM)
+def test_back_returns_from_a_figure_to_its_link_and_a_resting_mouse_lights_nothing(opened):
+    page = opened(1024)
+    link = page.locator("a[data-set='Lambda1=2 K_r1=6 time=0.6']")
+    link.evaluate("link => link.scrollIntoView({ block: 'start' })")
+    before = page.evaluate("scrollY")
+    link.click()
+    assert until(page, lambda: page.evaluate("scrollY") < before - 500)
+    page.go_back()
+    assert until(page, lambda: page.evaluate("scrollY") == before)
+    label = page.locator("#nested text[data-s~=vel]").first
+    center = "one => { const { x, y, width, height } = one.getBoundingClientRect(); return [x + width / 2, y + height / 2]; }"
+    label.scroll_into_view_if_needed()
+    x, y = label.evaluate(center)
+    page.evaluate("scrollBy(0, 300)")
+    page.mouse.move(x, y)
+    page.evaluate("globalThis.over = []; addEventListener('pointerover', (event) => over.push(event.target.dataset.s))")
+    page.evaluate("scrollBy(0, -300)")
+    assert until(page, lambda: page.evaluate("over.some((one) => one?.includes('vel'))")), (
+        "the page brings the curve to the mouse"
+    )
+    lit = "document.querySelectorAll('[data-lit]').length"
+    assert page.evaluate(lit) == 0
+    page.mouse.move(x + 1, y)
+    assert until(page, lambda: page.evaluate(lit) == 1)
 
 
 def test_links_of_the_text_name_sliders_that_are_there():

@@ -1,5 +1,6 @@
 // A figure: what stands in the text as a still becomes live, as wide as it is shown, drawn at most once a picture.
 
+import { h } from "../view/dom";
 import type { Plot } from "./chart";
 import { type Slider, button } from "./controls";
 import { type Flown, LOGGED } from "./data";
@@ -8,6 +9,8 @@ export interface Stage {
   /** The element that holds the drawing. */
   readonly drawing: HTMLElement;
   readonly controls: HTMLElement;
+  /** Among them, at the end: one row for the time and for what runs it. */
+  readonly run: HTMLElement;
   /** By the names that links in the text use: `<a href="#nested" data-set="Lambda2=3 time=1">`. */
   readonly sliders: Map<string, Slider>;
   /** Its width now [px]. */
@@ -20,14 +23,15 @@ export type Draw = () => string;
 
 /** Makes a figure live. make: adds its controls and says how it is drawn. */
 export function live(id: string, make: (stage: Stage) => Draw): void {
-  const figure = document.getElementById(id);
-  const drawing = figure?.querySelector<HTMLElement>(".drawing");
-  const controls = figure?.querySelector<HTMLElement>(".controls");
-  if (!drawing || !controls) return;
+  const drawing = document.querySelector<HTMLElement>(`#${id} .drawing`);
+  if (!drawing) return;
+  const controls = h("div", { class: "controls" });
+  drawing.after(controls);
   let [asked, width] = [false, 0];
   const stage: Stage = {
     drawing,
     controls,
+    run: h("div", { class: "run" }),
     sliders: new Map(),
     get width() {
       return width;
@@ -45,10 +49,13 @@ export function live(id: string, make: (stage: Stage) => Draw): void {
   const draw = make(stage);
   const begun = new Map([...stage.sliders].map(([name, one]) => [name, one.value]));
   const glide = glider(stage);
-  button(controls, "Reset", () => glide(begun));
+  button(stage.run, "Reset", () => glide(begun));
+  controls.append(stage.run);
   for (const link of document.querySelectorAll<HTMLElement>(`a[data-set][href="#${id}"]`)) {
     link.addEventListener("click", (event) => {
       event.preventDefault();
+      const { top, bottom } = drawing.getBoundingClientRect();
+      if (top < 0 || bottom > innerHeight) history.pushState(null, "", `#${id}`); // Back leads to the link again
       drawing.scrollIntoView({ block: "nearest", behavior: calm() ? "instant" : "smooth" });
       glide(new Map([...begun, ...link.dataset["set"]!.split(" ").map((one): [string, number] => [one.split("=")[0]!, Number(one.split("=")[1])])]));
     });

@@ -25,8 +25,12 @@ export function startLighting(): void {
     for (const section of document.querySelectorAll("main section")) section.toggleAttribute("data-lit", section === meant);
     style.textContent = !name ? "" : `section[data-lit] .drawing [data-s]:not([data-s~="${name}"]){opacity:.16}section[data-lit] .drawing [data-s~="${name}"]{opacity:1;stroke-width:3.2px}section[data-lit] .drawing text[data-s]{stroke-width:4px!important}section[data-lit] .s-${name}{background-color:var(--wash)}`;
   };
-  document.addEventListener("pointerover", (event) => {
-    if (!event.buttons) light(nameOf(event.target) ?? stuck ?? nameOf(document.activeElement));
+  let [rest, over]: [string, EventTarget | null] = ["", null];
+  document.addEventListener("pointermove", (event) => {
+    const here = `${event.screenX} ${event.screenY}`;
+    const moved = here !== rest && event.target !== over && !event.buttons; // not where the page scrolls under a resting mouse
+    rest = here;
+    if (moved) light(nameOf((over = event.target)) ?? stuck ?? nameOf(document.activeElement));
   });
   document.addEventListener("focusin", (event) => light(nameOf(event.target)));
   document.addEventListener("focusout", () => light());

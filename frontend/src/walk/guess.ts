@@ -11,7 +11,7 @@ export function question(guess: Guess, made: (verdict: HTMLElement) => void): HT
   const host = h("div", { class: "guide-guess", role: "group", "aria-label": "Guess first" });
   const take = (place: number): void => {
     const right = guess.choices[guess.answer]!;
-    const said = place === guess.answer ? `✓ You guessed right: ${right}.` : `✕ You guessed “${guess.choices[place]!}”; right is: ${right}.`;
+    const said = place === guess.answer ? `✓ You guessed right: ${right}.` : `✕ You guessed “${guess.choices[place]!}”; the answer is “${right}”.`;
     const verdict = h("p", { class: "guide-text", tabindex: -1, id: "guess-verdict" }, ...rich(said));
     fill(host, h("p", { class: "guide-text" }, ...rich(guess.ask)), verdict);
     made(verdict);

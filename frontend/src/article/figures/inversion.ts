@@ -71,7 +71,7 @@ export function inversion(): void {
       const said = [Math.min(Math.max(madeX + (madeX < tipX ? -60 : 60), 100), width - 100), Math.min(Math.max(madeY + (madeY < view.y ? -46 : 46), 84), tall - 22)] as const;
       const tip = [Math.min(tipX + 14, width - 105), tipX + 14 > width - 105 ? tipY + 28 : tipY - 8] as const;
       const covered = (x: number, y: number): boolean => Math.abs(x - tip[0] - 48) < 60 && Math.abs(y - tip[1]) < 18; // by the force's label
-      const names = ([["x", [10.2, 0, 0]], ["y", [0, 10.2, 0]], ["z", [0, 0, 10.6]]] as const).slice(0, width < NARROW ? 2 : 3).map(([name, p]) => (covered(...place(p)) ? "" : text(...place(p), name, "c-muted", "middle")));
+      const names = ([["x", [10.2, 0, 0]], ["y", [0, 10.2, 0]], ["z", [0, 0, 10.6]]] as const).slice(0, width < NARROW ? 2 : 3).map(([name, p]) => text(place(p)[0], place(p)[1] + (covered(...place(p)) ? 26 : 0), name, "c-muted", "middle"));
       return svg(
         width,
         tall,

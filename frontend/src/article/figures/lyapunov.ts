@@ -21,7 +21,7 @@ export function lyapunov(): void {
     const slope = slider(stage, "Lambda2", "Λ_2, inner loop", "/s", [0.5, 15, 0.5], true);
     const gain = slider(stage, "K_r2", "K_r2, inner loop", "N m s", [6, 250, 6], true);
     const kappa = slider(stage, "kappa", "κ, of the ball alone", "", [0.01, 3, KAPPA], true);
-    const time = slider(stage, "time", "time", "s", [0, 7, 4.6]);
+    const time = slider(stage, "time", "time", "s", [0, 7, 4.6], false, stage.run);
     let plots: readonly Plot[] = [];
     scrub(stage, time, () => plots);
 

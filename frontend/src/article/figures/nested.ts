@@ -18,8 +18,8 @@ function vehicle(x: number, y: number, theta: number, look: string, symbol = "")
 
 export function nested(): void {
   live("nested", (stage) => {
-    const { controls, redraw } = stage;
-    const play = button(controls, "Play", () => {
+    const { redraw, run } = stage;
+    const play = button(run, "Play", () => {
       shown = Math.max(0, time.value >= 8 ? 0 : time.value);
       playing = playing ? 0 : performance.now() - 1000 * shown;
       time.set(shown);
@@ -29,7 +29,7 @@ export function nested(): void {
     const slope = slider(stage, "Lambda1", "Λ_1, outer loop", "/s", [0.2, 3, 1], true);
     const gain = slider(stage, "K_r1", "K_r1, outer loop", "N s/m", [1, 12, 3], true);
     const inner = slider(stage, "Lambda2", "Λ_2, K_r2 = 16.7 Λ_2", "/s", [1, 30, 15], true);
-    const time = slider(stage, "time", "time", "s", [0, 8, 0.14]);
+    const time = slider(stage, "time", "time", "s", [0, 8, 0.14], false, run);
     let plots: readonly Plot[] = [];
     scrub(stage, time, () => plots);
     let [playing, shown] = [0, 0];

@@ -11,7 +11,7 @@ export function net(): void {
     const learning = slider(stage, "F1", "F_1, learning rate", "", [0.5, 20, 5], true);
     const damping = slider(stage, "kappa", "κ, forgetting", "", [0.001, 3, 0.01], true);
     const scale = slider(stage, "scale", "disturbance, times", "", [0, 2, 1]);
-    const time = slider(stage, "time", "time", "s", [0, 10, 3]);
+    const time = slider(stage, "time", "time", "s", [0, 10, 3], false, stage.run);
     const axis = choice(stage.controls, "force along", ["x", "y", "z"], stage.redraw);
     let plots: readonly Plot[] = [];
     scrub(stage, time, () => plots);
