@@ -207,3 +207,11 @@ def test_a_figure_without_svg_is_its_png(tmp_path):
 def test_a_warning_has_a_true_minus_and_no_symbols():
     found = Evidence("a", "kind", "answer", (), {}, warnings=["K_r1 is -2.5 in run-3.toml"])
     assert "Warning: K_r1 is −2.5 in run-3.toml" in found.html(Path())
+
+
+def test_what_is_not_for_paper_opens_on_a_screen_alone():
+    assert markup.verbatim("{}", "every key", on_paper=False).startswith(
+        '<details class="screen"><summary>every key</summary>'
+    )
+    assert markup.verbatim("{}", "every key").startswith("<details><summary>")
+    assert ".screen" in markup.style().partition("@media print")[2].partition("{ display: none; }")[0]

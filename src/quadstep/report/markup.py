@@ -114,17 +114,18 @@ COLUMN = 45
 """Characters of a line in one of three columns on paper."""
 
 
-def verbatim(text: str, under: str = "") -> str:
-    """Text as it is, line by line. under: what opens it, where it is long."""
+def verbatim(text: str, under: str = "", on_paper: bool = True) -> str:
+    """Text as it is, line by line. under: what opens it, where it is long. on_paper: whether it is printed then."""
     lines = text.splitlines()
     wide = ' class="wide"' if 2 * sum(len(line) > COLUMN for line in lines) > len(lines) else ""
     shown = f'<pre{wide} tabindex="0">{escape(text)}</pre>'
-    return disclosure(under, shown) if under else shown
+    return disclosure(under, shown, on_paper) if under else shown
 
 
-def disclosure(words: str, body: str) -> str:
-    """Markup that opens at a click on these words."""
-    return f"<details><summary>{escape(words)}</summary>{body}</details>"
+def disclosure(words: str, body: str, on_paper: bool = True) -> str:
+    """Markup that opens at a click on these words. on_paper: whether it is printed."""
+    kind = "" if on_paper else ' class="screen"'
+    return f"<details{kind}><summary>{escape(words)}</summary>{body}</details>"
 
 
 def links(places: Iterable[tuple[str, str]], before: str = "") -> str:

@@ -52,7 +52,10 @@ def write_report(
     if drawn[IN_SUMMARY:]:
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]
     content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2, exclude_none=True))
-    sections += [TableSection("Mission", "flown"), markup.verbatim(content, "every key of the mission that has a value")]
+    sections += [
+        TableSection("Mission", "flown"),
+        markup.verbatim(content, "every key of the mission that has a value", False),
+    ]
     if rows := gain_rows(mission):
         sections.append(
             markup.disclosure("the gains flown", markup.table(GAINS, rows, units.rich) + markup.paragraph(DEFAULT))
