@@ -33,7 +33,7 @@ def test_it_says_how_often_and_how_well_the_mission_succeeds(tmp_path):
     path = written(tmp_path, MASS, head="flights = 60\n")
     run = fly(path, tmp_path / "out")
     assert (run.code, run.err) == (0, "")
-    only = "(judged by reaching the end only, however large the error)"
+    only = "(success means reaching the end, however large the error)"
     assert f"60 flights: 100 % succeed {only}; the 95 % interval is 94 % to 100 %." in run.out
     assert "Position RMSE of the 60 completed flights: 50 % below" in run.out
     assert "Largest error of the 60" in run.out
@@ -193,7 +193,7 @@ def test_its_first_sentence_names_limits_and_what_of_the_path_is_not_flown(tmp_p
     run = fly(path, tmp_path / "out")
     assert said in " ".join(run.out.split())
     longer = written(tmp_path, '"path.duration" = {type="uniform", low=0.3, high=0.9}\n', short, "flights = 8\n")
-    assert read_campaign(longer).meaning == " (judged by reaching the end only, however large the error)"
+    assert read_campaign(longer).meaning == " (success means reaching the end, however large the error)"
     alone = quadstep("fly", tmp_path / "mission.toml", "--out", tmp_path / "flight")
     assert " mm; only the first 0.2 s of a path of 0.4 s are flown." in " ".join(alone.out.split())
     report = (tmp_path / "flight" / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")

@@ -337,7 +337,7 @@ def test_the_worst_flights_say_from_when_their_errors_count_and_whether_they_suc
     assert said == "Flight 19: completed, above a limit, largest error 513.3 mm from 2 s on"
     text = str(report_text.worst({one: outcome}, [{}], since, tmp_path, tmp_path))
     assert "largest error from 2 s on" in text
-    assert "then those above a limit, then the rest, the farthest first." in text
+    assert "then those above a limit, then the rest (largest error first)." in text
 
 
 def test_pairs_are_looked_for_only_among_keys_that_are_independent(tmp_path):

@@ -53,7 +53,7 @@ def test_it_stops_as_soon_as_the_probability_is_known_to_be_below(tmp_path):
     with no_report():
         more = quadstep("campaign", path, "--out", out, "--resume", "--until", "0.02")
     assert more.code == 0
-    judged = r"\(judged by reaching the end only, however large the error\)"
+    judged = r"\(success means reaching the end, however large the error\)"
     assert re.search(
         rf"Shown: fewer than 0.02 of the flights fail. 0 of \d+ flights failed {judged}: a probability ", more.out
     )

@@ -205,7 +205,7 @@ def test_a_flight_that_starts_outside_b_r_and_falls_there_is_sign_consistent():
     assert kind(c) == "sign consistent"
     assert c.outside.sum() > 0
     assert c.entered > 0
-    assert verdict(c).startswith(f"sign consistent: conditions hold: K_r1 - m Lambda1 >= {c.conditions.k_1:.4g}")
+    assert verdict(c).startswith(f"sign consistent: the conditions hold (K_r1 - m Lambda1 >= {c.conditions.k_1:.4g}")
     assert f"L_dot < 0 on {c.outside.sum()} of the {c.outside.sum()} samples outside b_r; L rose in 0 of" in verdict(c)
 
 

@@ -463,7 +463,7 @@ def test_the_best_of_laws_that_do_not_follow_their_path_is_not_praised(tmp_path)
     answer = html.unescape(re.search(r'<p class="answer">(.*?)</p>', report)[1])
     assert answer.startswith("No mission flies as asked: ")
     assert " cm, but not as asked: large error" in answer
-    assert "cm, but in its median flight, its error is large for its path (" in report
+    assert "cm, but in its median flight, its error is large: " in report
     assert answer[1:-1].replace("\N{NO-BREAK SPACE}", " ") in result.out
     assert "large error" in (out / "table.tex").read_text(encoding="utf-8")
 

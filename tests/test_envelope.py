@@ -138,7 +138,9 @@ def test_greys_of_causes_differ():
 
 def test_a_limit_of_something_else_and_a_single_flight_of_many_are_said(tmp_path):
     asked = request(write(tmp_path, LINE), "path.duration=0.5:1:2", "vehicle.mass=1:1.1:2", failures=["effort_thrust=1e9"])
-    assert asked.campaign.meaning == " (judged by reaching the end and by effort thrust at most 1e+09 N only)"
+    assert asked.campaign.meaning == (
+        " (success means reaching the end with effort thrust at most 1e+09 N, however large the error)"
+    )
     assert most_of(asked) == ""
     assert most_of(asked._replace(random=True)) == " in the one flight of each, which chance varies"
     for flights, said in (
@@ -183,11 +185,11 @@ def test_without_a_limit_flyable_is_said_to_be_to_the_end_only(tmp_path):
     axes = "--x", "path.duration=0.5:1:2", "--y", "vehicle.mass=1:1.1:2"
     run = quadstep("envelope", write(tmp_path, LINE), *axes, "--out", tmp_path / "out")
     assert (
-        "Flyable (judged by reaching the end only, however large the error) of path duration and vehicle mass"
+        "Flyable combinations of path duration and vehicle mass (success means reaching the end, however large the error): "
         in run.out.replace("\n", " ")
     )
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "can be flown (judged by reaching the end only, however large the error): the map shows no limit" in report
+    assert "can be flown (success means reaching the end, however large the error): the map shows no limit" in report
 
 
 def test_the_same_map_again_is_the_same_whatever_the_span(case, tmp_path, monkeypatch):

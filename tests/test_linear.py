@@ -356,8 +356,8 @@ def test_a_loop_that_bends_at_rest_has_the_worst_margins_of_its_sides():
             assert one.phase == pytest.approx(other.phase, rel=1e-6)
             assert one.delay == pytest.approx(other.delay, rel=1e-6)
             assert one.gain_up == pytest.approx(other.gain_up, rel=1e-6)
-    assert bent.tried.startswith("33 sides (")
-    assert f"the worst of {bent.tried}, each" in sentences(sides._replace(tried=bent.tried))[-1]
+    assert bent.tried.startswith("33 one-sided linearisations (")
+    assert f"the worst of {bent.tried}." in sentences(sides._replace(tried=bent.tried))[-1]
 
     near = rest(1.4, 1.4, 1e-7)
     assert not near.period.period.bends
@@ -394,7 +394,7 @@ def test_a_loop_whose_sides_are_alike_at_rest_is_not_flown_on_to_rest_elsewhere(
     mission = Mission(vehicle={"preset": "hummingbird"}, path=HOLD, controller={"type": "betaflight-rates"})
     found = at_rest(hovering(mission))
     assert found.period.period.bends
-    assert found.tried == "9 sides (all alike)"
+    assert found.tried == "9 one-sided linearisations (all alike)"
 
 
 def test_a_step_is_judged_by_where_it_rests_and_one_that_rests_elsewhere_is_said():

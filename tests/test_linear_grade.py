@@ -232,14 +232,14 @@ def test_what_the_mission_s_flight_does_comes_before_a_grade_that_leaves_it_out(
     run = quadstep("linear", mission, "--out", tmp_path / "linear")
     found = grade(read_mission(mission))
     said = strict_json(tmp_path / "linear" / "linear.json")["sentences"][0]
-    lost = r"; but the mission's flight is lost at [\d.]+ s \(more than 100 m from its path\)\."
+    lost = r"; however, the mission's flight is lost at [\d.]+ s \(more than 100 m from its path\)\."
     assert re.fullmatch(re.escape(f"At rest its loop is sound: {found.why}") + lost, said)
-    assert found.why.endswith("; its events are not counted")
+    assert found.why.endswith("; events are ignored")
     assert quick_grade(read_mission(mission))["why"] == found.why
     assert said in " ".join(run.out.split())
     report = unescape((tmp_path / "linear" / "report.html").read_text(encoding="utf-8"))
     assert said in report.replace("\u00a0", " ")
-    ending = said.partition("; but the ")[2]
+    ending = said.partition("; however, the ")[2]
     file = write(tmp_path, CAMPAIGN, "campaign.toml")
     for asked in ((file, "--samples", 1), (mission, "--controllers", "lqr")):
         several = quadstep("linear", *asked, "--out", tmp_path / "several", "--overwrite")

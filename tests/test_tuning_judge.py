@@ -103,8 +103,8 @@ def test_the_comparison_in_numbers():
         less.replace("\N{NO-BREAK SPACE}", " "),
     )
     noise = before + random.normal(0.0, 0.05, 200)
-    assert "NOT shown to be better" in compare(judge(), flown(before), flown(noise - noise.mean() + before.mean())).verdict
-    assert "NOT shown to be better" in compare(judge(), flown(before), flown(before * (1.0 - 1e-5))).verdict
+    assert "No firm evidence" in compare(judge(), flown(before), flown(noise - noise.mean() + before.mean())).verdict
+    assert "No firm evidence" in compare(judge(), flown(before), flown(before * (1.0 - 1e-5))).verdict
     assert "No better gains" in compare(judge(), flown(before), flown(before), changed=False).verdict
 
 
@@ -148,7 +148,7 @@ def test_a_margin_is_missed_by_the_loop_and_by_no_flight():
     kept = compare(asked, before, having(0.05, 0.4))
     assert kept.missed == [] and answer(kept).startswith("The tuned gains are better on")
     none = compare(asked, before, having(0.0363, 1.0))
-    assert none.missed and "NOT shown to be better" in none.verdict
+    assert none.missed and "No firm evidence" in none.verdict
     worse = compare(asked, having(0.052, 0.4), having(0.0363, 0.5))
     assert worse.missed and "WORSE" in worse.verdict
 
@@ -167,7 +167,7 @@ def test_gains_that_lose_flights_are_not_better_by_those_that_are_left():
     rmse, some = np.full(200, 1.0), np.where(np.arange(200) < 3, 5.0, 10.0)
     found = compare(judge(), flown(rmse), flown(0.5 * rmse, ended=some))
     assert found.success_difference.low < 0.0 < found.success_difference.high  # three of 200 decide nothing
-    assert found.verdict.startswith("The tuned gains are NOT shown to be better")
+    assert found.verdict.startswith("No firm evidence")
     assert answer(found).endswith("With them 98.5 % of the flights succeed, 100 % with the present gains.")
     assert compare(judge(), flown(rmse, ended=some), flown(0.5 * rmse)).verdict.startswith("The tuned gains are better")
 
@@ -186,7 +186,7 @@ def test_a_quantile_is_compared_as_a_quantile():
 def test_the_largest_of_flights_decides_nothing():
     before = np.random.default_rng(1).exponential(size=200)
     found = compare(judge(aggregate="worst"), flown(before), flown(0.5 * before))
-    assert "NOT shown to be better" in found.verdict
+    assert "No firm evidence" in found.verdict
     assert not found.objective.present.bounded
     assert found.objective.difference.value == pytest.approx(-0.5 * before.max())
 

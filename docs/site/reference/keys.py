@@ -98,7 +98,7 @@ MEANINGS = {
     "path": "the path to follow",
     "controller": "the control law",
     "events": "what changes during the flight",
-    "limits": "beyond which a flight counts as lost",
+    "limits": "bounds beyond which a flight is lost",
     "type": "chooses this table",
 }
 """Of keys that hold one of several tables, or one that has no text of its own."""

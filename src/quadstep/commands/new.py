@@ -21,7 +21,10 @@ def new(
     ] = None,
     paper: Annotated[bool, typer.Option("--paper", help="Use the paper's plant and controller instead of a vehicle.")] = False,
     controller: Annotated[
-        str | None, typer.Option(help="Default: rotation-backstepping (a file without: geometric); with --paper the paper's.")
+        str | None,
+        typer.Option(
+            help="Default: rotation-backstepping, or the paper's with --paper. (A file without one flies geometric.)"
+        ),
     ] = None,
 ) -> None:
     """Write a commented mission file to start from."""
@@ -37,13 +40,13 @@ def check(
     lesson: Annotated[str, typer.Argument(help="A lesson (4), or one exercise (4.5).")],
     mission: Annotated[Path | None, typer.Argument(metavar="MISSION.toml", help="Your mission (TOML).")] = None,
     course: Annotated[Path | None, typer.Option(help="A file of exercises instead of the package's (docs/lessons).")] = None,
-    hint: Annotated[bool, typer.Option("--hint", help="Hints for what is not solved; all, without a mission.")] = False,
+    hint: Annotated[bool, typer.Option("--hint", help="Print hints for unsolved exercises (without a mission: all).")] = False,
     *,
     delivery: Delivery,
 ) -> None:
     """Check your solution of a lesson's exercise by flying it.
 
-    For a lesson, checks its exercises that ask for a mission like yours. Exit code 0: one is solved. 2: bad input. 4: none is.
+    Given a lesson, checks each exercise that your mission could answer. Exit code 0: one is solved. 2: bad input. 4: none is.
     """
     from quadstep.mission.read import read_mission
     from quadstep.studies.lessons import OWN, check_tasks, tasks

@@ -42,7 +42,7 @@ def prove(
         list[str] | None,
         typer.Option(
             metavar="FILE",
-            help="With --check: a file of your code that the mission names and that may run; no other may. May be repeated.",
+            help="With --check: one of the mission's Python files, allowed to run; all others are refused. May be repeated.",
         ),
     ] = None,
 ) -> None:

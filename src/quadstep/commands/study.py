@@ -201,6 +201,6 @@ def controllers(
         run_study(shipped_study(), out, seeds, how)
 
 
-studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None)
+studies = typer.Typer(help="Run further studies.", rich_markup_mode=None)
 for one in (completion, region, controllers):
     studies.command(cls=PlainCommand)(expanded(one))

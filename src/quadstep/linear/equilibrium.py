@@ -209,7 +209,7 @@ def with_pieces(rest: Rest) -> Rest:
             found.append(one)
     sides = 1 + 2 * len(mixed)
     differ = "all alike" if len(found) == 1 else "all different" if len(found) == sides else f"{len(found)} of them different"
-    return rest._replace(pieces=tuple(found[1:]), tried=f"{sides} sides ({differ})")
+    return rest._replace(pieces=tuple(found[1:]), tried=f"{sides} one-sided linearisations ({differ})")
 
 
 def with_others(rest: Rest) -> Rest:
@@ -239,7 +239,7 @@ def with_near(rest: Rest) -> Rest:
     near = nonlinear_states(*place, rest.period)
     if not near:
         return rest
-    tried = " and ".join(filter(None, (rest.tried, f"{MOVED} states within {1e3 * NEAR:g} mm of it")))
+    tried = " and ".join(filter(None, (rest.tried, f"{MOVED} at states within {1e3 * NEAR:g} mm of it")))
     return rest._replace(pieces=(*rest.pieces, *nearby(*place, rest.period)), tried=tried, near=near)
 
 

@@ -88,7 +88,7 @@ def graded(analysis: Analysis) -> Grade:
     said = f"least {said}" if said else ""
     if analysis.aside >= LEAST_ASIDE:
         said += f"{'; ' * bool(said)}it rests {quantity(analysis.aside, 'm')} from where the path begins"
-    said += f"{'; ' * bool(said)}its events are not counted" if analysis.eventful else ""
+    said += f"{'; ' * bool(said)}events are ignored" if analysis.eventful else ""
     if not short:
         return Grade(SOUND, said, measures)
     missed = " and ".join(

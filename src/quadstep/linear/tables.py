@@ -31,15 +31,9 @@ METHOD = (
     "complementary sensitivity."
 )
 
-BENT = (
-    "The loop has a kink at rest: its slopes differ from side to side. The margins are the worst of {}, each as if the loop "
-    "stayed there; {}."
-)
+BENT = "The loop is not differentiable at rest: {1}. The margins are the worst of {0}."
 
-NEAR = (
-    "The loop has a kink near its rest, beyond which its slopes differ ({}). The margins are the worst of those at rest "
-    "and of {}."
-)
+NEAR = "The loop has a kink near its rest, beyond which its slopes differ ({}). Margins are the worst of those at rest and {}."
 
 LATER = "The loop changes with time: this is the worst of what it is at the start and at t = {} s of the flight."
 
@@ -112,7 +106,7 @@ def sentences(analysis: Analysis, but: str = "") -> list[str]:
     """The opening lines, before any number. but: what the mission's flight does that was not asked."""
     grade, period = graded(analysis), analysis.loop.period
     rest = at_rest({"grade": grade.word, "why": grade.why})
-    answer = f"{rest[0].upper()}{rest[1:]}; but {but}." if but else grade.sentence
+    answer = f"{rest[0].upper()}{rest[1:]}; however, {but}." if but else grade.sentence
     later = [LATER.format(listed([f"{t:.3g}" for t in analysis.later]))] if analysis.later else []
     if not analysis.stable:
         return [answer, *later]

@@ -81,16 +81,16 @@ class Rule(NamedTuple):
 HALF_TURN = 180.0 / 3.141592653589793
 
 RULES = (
-    Rule("relative_error", 0.1, "large error", "its error is large for its path ({} % of the path's size; more than 10 %)",
+    Rule("relative_error", 0.1, "large error", "its error is large: {} % of the path's size (limit 10 %)",
         100.0),
-    Rule("heading_error[rad]", 0.5235987755982988, "off its heading", "its nose was {}° off its heading (more than 30°)",
+    Rule("heading_error[rad]", 0.5235987755982988, "off its heading", "its nose was {}° off its heading (limit 30°)",
         HALF_TURN),
-    Rule("overturned[rad]", 1.5707963267948966, "overturned", "it tilted to {}° (more than 90°)", HALF_TURN),
-    Rule("shaking[rad]", 0.08726646259971647, "shaking", "its thrust axis swung by {}° rms in its second half (more than 5°)",
+    Rule("overturned[rad]", 1.5707963267948966, "overturned", "it tilted to {}° (limit 90°)", HALF_TURN),
+    Rule("shaking[rad]", 0.08726646259971647, "shaking", "its thrust axis swung by {}° rms in its second half (limit 5°)",
         HALF_TURN),
-    Rule("saturated_share", 0.1, "rotors saturated", "its rotors were saturated {} % of the time (more than 10 %)", 100.0),
-    Rule("error_growth", 2.0, "error still growing", "its error was still growing at the end ({} times; more than 2)"),
-    Rule("rate_growth", 2.0, "rates still growing", "its rates were still growing at the end ({} times; more than 2)"),
+    Rule("saturated_share", 0.1, "rotors saturated", "its rotors were saturated {} % of the time (limit 10 %)", 100.0),
+    Rule("error_growth", 2.0, "error still growing", "its error was still growing at the end (by a factor of {}; limit 2)"),
+    Rule("rate_growth", 2.0, "rates still growing", "its rates were still growing at the end (by a factor of {}; limit 2)"),
 )  # fmt: skip
 """In the order in which they are said."""
 
@@ -109,8 +109,8 @@ class Graded(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """`Flew, but its nose was 45° off its heading (more than 30°).`; empty where a flight was as asked or lost."""
-        return f"Flew, but {', and '.join(self.reasons)}." if self.reasons else ""
+        """`Completed, but its nose was 45° off its heading (limit 30°).`; empty where a flight was as asked or lost."""
+        return f"Completed, but {', and '.join(self.reasons)}." if self.reasons else ""
 
 
 def graded(metrics: Mapping[str, object]) -> Graded:
@@ -119,7 +119,7 @@ def graded(metrics: Mapping[str, object]) -> Graded:
     >>> graded({"outcome": "completed", "relative_error": 0.02}).grade.value
     'as asked'
     >>> graded({"outcome": "completed", "saturated_share": 0.431}).sentence
-    'Flew, but its rotors were saturated 43.1 % of the time (more than 10 %).'
+    'Completed, but its rotors were saturated 43.1 % of the time (limit 10 %).'
     """
     if metrics.get("outcome") != "completed":
         return Graded(FlightGrade.LOST)

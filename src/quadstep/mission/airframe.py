@@ -77,7 +77,7 @@ class BuiltAirframe(NamedTuple):
 
 
 class AirframeSection(Section):
-    """A real airframe. `preset` or `file` names what it starts from; every key beside replaces one of that.
+    """A real airframe. `preset` or `file` names what it starts from; any other key overrides its value.
 
     Its rotors are placed by `layout` and `arm`, or one by one by `rotors`.
     """
@@ -106,7 +106,8 @@ class AirframeSection(Section):
     residual: ResidualSection | None = None
     ground: Annotated[Finite | None, Quantity("m", "height of the ground; default: no ground")] = None
     legs: Annotated[
-        Positive | None, Quantity("m", "height of the origin above the ground on which it stands; default: touching ends it")
+        Positive | None,
+        Quantity("m", "height of the origin when standing; default: none; touching the ground ends the flight"),
     ] = None
     effects: EffectsSection = EffectsSection()
     undetermined: Annotated[

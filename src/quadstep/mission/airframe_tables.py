@@ -111,8 +111,8 @@ MOST_LATE = 250
 
 
 class CommandSection(Section):
-    """What a rotor makes of a motor command c, as share of the full one, in logs: after `delay` it is told to turn at
-    speed c^exponent (V / nominal_voltage)^voltage_exponent. Of these a flight has the delay.
+    """How a logged motor command c (fraction of full) maps to rotor speed: after `delay`, the rotor is commanded to
+    speed c^exponent (V / nominal_voltage)^voltage_exponent. A simulated flight uses only the delay.
     """
 
     speed: Annotated[Positive, Quantity("rad/s", "rotor speed at full command and nominal voltage")]
@@ -123,13 +123,13 @@ class CommandSection(Section):
 
 
 class ImuSection(Section):
-    """How a log's axes lie to those of the rotors."""
+    """Orientation of a log's axes relative to the rotors'."""
 
     tilt: Annotated[Pair, Quantity("rad", "rotation about x and y from the measured axes to the rotor axes")] = (0.0, 0.0)
 
 
 class PredictionSection(Section):
-    """How a prediction takes up a log and goes on without it (`quadstep replay`); pairs are for x and y alike, and for z."""
+    """How a prediction starts from a log and continues without it (`quadstep replay`); pairs are [x and y, z]."""
 
     rates: Annotated[Pair, Quantity("", "correction gain on the difference in rates")]
     attitude: Annotated[Pair, Quantity("", "correction gain on the difference in attitude")]

@@ -179,7 +179,7 @@ class AirframeSimulation(ClockSection):
 
 
 class AirframeLimitsSection(Section):
-    """Beyond which a flight counts as lost."""
+    """Bounds beyond which a flight is lost."""
 
     distance: Annotated[Positive, Quantity("m", "largest distance from the path")] = 100.0
     rate: Annotated[Positive, Quantity("rad/s", "largest rate about a body axis")] = 100.0

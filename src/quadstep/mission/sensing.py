@@ -40,7 +40,7 @@ MOST_DRAWS = 100
 
 
 class OwnFixSection(OwnSection):
-    """A sensor of the user's own that fixes come from: its `type`, and a key for each of its numbers."""
+    """Your own sensor, which supplies the fixes: its `type`, and a key for each of its numbers."""
 
     thing: ClassVar[DeclaredSensor]
 

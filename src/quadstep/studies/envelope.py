@@ -256,5 +256,5 @@ def sentence(envelope: Envelope) -> str:
         for panel in envelope.panels
     ]
     same = "" if asked.random or asked.flights == 1 else " Nothing is random here: all flights of a cell are identical."
-    of = f"of {words(asked.x.key)} and {words(asked.y.key)}: {', '.join(parts)}{most_of(asked)}."
-    return f"Flyable{asked.campaign.meaning} {of}{same}{idle(envelope)}"
+    over = f"Flyable combinations of {words(asked.x.key)} and {words(asked.y.key)}{asked.campaign.meaning}"
+    return f"{over}: {', '.join(parts)}{most_of(asked)}.{same}{idle(envelope)}"

@@ -108,7 +108,7 @@ def verdict(c: FlightCertificate) -> str:
             f"the flight ended at {c.ended:.4g} s, and all numbers are from the first {c.until:.4g} s",
             f"the printed conditions {'hold' if k.printed_hold else 'do not hold'} (smallest margin {printed:.4g})",
         ]
-    said += [*(k.broken() or [f"conditions hold: {margins(c)}"]), of_ball(c)]
+    said += [*(k.broken() or [f"the conditions hold ({margins(c)})"]), of_ball(c)]
     if len(rate):
         said += [f"L_dot < 0 on {(rate < 0.0).sum()} of the {len(rate)} samples outside b_r", rises(c)]
     return f"{kind(c)}: {'; '.join(said)}"
@@ -116,10 +116,10 @@ def verdict(c: FlightCertificate) -> str:
 
 TERMS = {
     "dissipation": ("damping K_v", "the damping K_v"),
-    "residual": ("eps", "eps, what even ideal weights cannot learn"),
+    "residual": ("eps", "eps (which even ideal weights cannot learn)"),
     "learning": ("weights", "the weights of the nets"),
     "coupling": ("coupling", "the coupling that the proof omits"),
-    "sampling": ("sampling", "what sampling adds"),
+    "sampling": ("sampling", "sampling"),
     "filtering": ("the command filter", "the command filter"),
 }
 """The terms of L_dot, as tables and figures say them, and in a sentence; `filtering` is a part of `coupling`."""
@@ -155,8 +155,8 @@ def about(share: float) -> str:
 def raised_by(c: FlightCertificate) -> str:
     """The same in a sentence."""
     meant = dict(TERMS.values())
-    found = [f"by {meant[said]} ({about(share)})" for share, said in raised(c)]
-    return f"L was raised {units.listed(found)}." if found else "No term raised L over the flight."
+    found = [f"{meant[said]}{' contributed' * (not at)} {about(share)}" for at, (share, said) in enumerate(raised(c))]
+    return f"Of what raised L, {units.listed(found)}." if found else "No term raised L over the flight."
 
 
 def share(condition: Mask) -> float | None:

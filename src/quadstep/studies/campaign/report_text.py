@@ -211,14 +211,14 @@ def worst(
         [f"largest error{since}", *(length(one.largest) for one in flights)],
         *([name, *(text_of(drawn[name], DIGITS) if name in drawn else "–" for drawn in values)] for name in names),
     ]
-    first = "First those lost, the earliest before the others; then those above a limit, then the rest, the farthest first."
+    first = "Lost flights first (earliest first), then those above a limit, then the rest (largest error first)."
     return [
         TableSection("The worst flights", "worst", text=first),
         TableSection(header=("flight", *(str(one.flight) for one in flights)), rows=rows, set_as=escape),
         TableSection(text="To replay them with their full logs:"),
         markup.verbatim("\n".join(replay_command(path, one.flight, folder) for one in flights)),
         TableSection(
-            text="These flights, replayed in f64 (circle: start; cross: end). What is far from the desired path is cut off."
+            text="These flights, replayed in f64 (circle: start; cross: end). Plots are cropped around the desired path."
         ),
     ]
 

@@ -192,8 +192,8 @@ class Campaign(NamedTuple):
             said = [f"{'limit' if len(limits) == 1 else 'limits'}: {listed(limits)}"]
             said += [f"the first {since:g} s are not counted"] if (since := mission.scored_from) else []
         else:
-            rest = f"and by {listed(self.limits(' at most'))} only" if limits else "only, however large the error"
-            said = [f"judged by reaching the end {rest}"]
+            rest = f" with {listed(self.limits(' at most'))}" * bool(limits)
+            said = [f"success means reaching the end{rest}, however large the error"]
         if mission.cut and not any(key == "simulation.duration" or key.startswith("path") for key in self.file.keys):
             said.append(mission.cut)
         return f" ({'; '.join(said)})".replace("\N{NO-BREAK SPACE}", " ")

@@ -175,7 +175,7 @@ class Compared(NamedTuple):
 BETTER = "The tuned gains are better{where}."
 FLY_BETTER = "Though they do not keep every constraint, the tuned gains fly better{where}."
 WORSE = "The tuned gains are WORSE{where}: do not use them."
-SAME = "The tuned gains are NOT shown to be better{where}; more flights (tune.seeds, --budget) or wider ranges may help."
+SAME = "No firm evidence that the tuned gains are better{where}; more flights (tune.seeds, --budget) or wider ranges may help."
 UNCHANGED = "No better gains were found: tuned.toml has the present ones."
 NEGLIGIBLE = 1e-3
 """Share of the present objective below which a change is negligible."""
