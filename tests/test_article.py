@@ -334,6 +334,17 @@ def test_back_returns_from_a_figure_to_its_link_and_a_resting_mouse_lights_nothi
     assert until(page, lambda: page.evaluate(lit) == 1)
 
 
+@needs(CHROMIUM)
+def test_paper_has_few_pages_and_no_instructions(opened):
+    page = opened(1024)
+    sheets = re.findall(rb"/Type\s*/Page\b", page.pdf(prefer_css_page_size=True))
+    assert 7 <= len(sheets) <= 10, "a figure that does not fit leaves its page half empty"
+    page.emulate_media(media="print")
+    shown = page.locator("main").inner_text()
+    assert "Nested commands" in shown and not re.search("Drag|Touch|Reset", shown)
+    page.emulate_media(media="null")
+
+
 def test_links_of_the_text_name_sliders_that_are_there():
     sliders = {name: set(re.findall(r'slider\(stage, "(\w+)"', source(name))) for name in FIGURES}
     sliders["inversion"] = {"f_x", "f_y", "f_z"}
