@@ -120,9 +120,9 @@ class L1(Numpy):
         most = np.array([g["bound"]] * 3 + [g["turn_bound"]] * 3)
         self.s = np.clip(-np.linalg.inv(phi) @ expm(a * PERIOD) @ self.off, -most, most)
         matched = self.axis @ self.s[:3]
-        kept = {key: np.exp(-g[f"{key}_cutoff"] * PERIOD) for key in ("thrust", "lean", "turn")}
+        kept = {key: np.exp(-g[f"{key}_cutoff"] * PERIOD) for key in ("thrust", "tilt", "turn")}
         self.u_t = kept["thrust"] * self.u_t + (1 - kept["thrust"]) * matched
-        self.u_l = kept["lean"] * self.u_l + (1 - kept["lean"]) * (np.eye(3) - np.outer(self.axis, self.axis)) @ self.s[:3]
+        self.u_l = kept["tilt"] * self.u_l + (1 - kept["tilt"]) * (np.eye(3) - np.outer(self.axis, self.axis)) @ self.s[:3]
         self.u_1 = kept["turn"] * self.u_1 + (1 - kept["turn"]) * self.s[3:]
         self.u_2 = kept["turn"] * self.u_2 + (1 - kept["turn"]) * self.u_1
         back, angular = self.proportional()
@@ -267,7 +267,7 @@ def test_the_estimate_of_l1_is_there_after_two_samples_and_passes_its_filters():
         memory = law.estimated(memory, level(gains, one, push), gains, one, PERIOD)
         if k > 0:
             np.testing.assert_allclose(list(memory.unknown), push, rtol=2.0 * gains.pole * PERIOD)
-    passed = 1.0 - np.exp(-gains.thrust_cutoff * t[-1]), 1.0 - np.exp(-gains.lean_cutoff * t[-1])
+    passed = 1.0 - np.exp(-gains.thrust_cutoff * t[-1]), 1.0 - np.exp(-gains.tilt_cutoff * t[-1])
     assert memory.along == pytest.approx(0.2 * passed[0], rel=0.02)
     np.testing.assert_allclose(list(memory.across), [0.7 * passed[1], -0.4 * passed[1], 0.0], rtol=0.02, atol=1e-12)
 

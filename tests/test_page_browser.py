@@ -603,6 +603,10 @@ def test_without_webgl_there_are_plots_and_a_sentence(open_page):
     page.keyboard.press("c")
     page.evaluate("quadstep.setControl('t_f', 10)")
     assert page.evaluate("quadstep.rows().length") > 500
+    for width in (360, 760, 1440):
+        page.set_viewport_size({"width": width, "height": 634})
+        sentence, badge = (page.locator(one).bounding_box() for one in ("#no-webgl", ".badge"))
+        assert sentence["y"] + sentence["height"] <= badge["y"] or badge["y"] + badge["height"] <= sentence["y"], width
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(1440, "light"), (390, "dark")])

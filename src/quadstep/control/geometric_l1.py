@@ -7,8 +7,8 @@ A predictor runs beside velocity and body rates, A = -a its gain, s what the mod
 
 At every sample the piecewise-constant law takes s = -Phi^-1 exp(A T) v~, Phi = A^-1 (exp(A T) - I). What rotors can undo
 (along the thrust axis, and about all three) passes a low-pass filter, the torque's twice, and is subtracted. What acts across
-the thrust axis no rotor can undo; the paper leaves it to the position loop. Here it is filtered too and the vehicle leans
-against it, unless `lean_cutoff` is 0.
+the thrust axis no rotor can undo; the paper leaves it to the position loop. Here it is filtered too and the vehicle tilts
+against it, unless `tilt_cutoff` is 0.
 
 The authors name US patent 8,712,559 for this law; written from the paper.
 """
@@ -55,7 +55,7 @@ class GeometricL1Gains(NamedTuple):
     pole: Number = gain(5.0, "1/s", "-A_s of the velocity predictor", symbol="a_v", low=0.5, high=50.0)
     turn_pole: Number = gain(10.0, "1/s", "-A_s of the rate predictor", symbol="a_w", low=0.5, high=50.0)
     thrust_cutoff: Number = gain(usual(8.8, 1), "rad/s", "cut-off of the filter for what thrust compensates", zero=True)
-    lean_cutoff: Number = gain(usual(4.4, 1), "rad/s", "cut-off of the filter for what tilting compensates", zero=True)
+    tilt_cutoff: Number = gain(usual(4.4, 1), "rad/s", "cut-off of the filter for what tilting compensates", zero=True)
     turn_cutoff: Vector = gain(
         usual((5.8, 5.8, 5.9), 1, "body"), "rad/s", "cut-off of both filters for what torque compensates", zero=True
     )
@@ -65,7 +65,7 @@ class GeometricL1Gains(NamedTuple):
 
 class GeometricL1Memory(NamedTuple):
     """velocity [m/s], rates [rad/s]: predicted, drawn to what was measured as A asks. unknown [m/s^2], turning [rad/s^2]: s.
-    along: of the first what thrust undoes [m/s^2]; across: what leaning does, world. about: of the second, after one filter
+    along: of the first what thrust undoes [m/s^2]; across: what tilting does, world. about: of the second, after one filter
     and after both. made: by the rotors.
     """
 
@@ -151,7 +151,7 @@ class GeometricL1(Controller):
         unknown = boxed(adapted(off, gains.pole, period), gains.bound)
         turning = boxed(adapted(off_r, gains.turn_pole, period), gains.turn_bound)
         undone, turn_share = axis @ unknown, Vector(followed(cutoff, period) for cutoff in gains.turn_cutoff)
-        across, lean_share = unknown - undone * axis, followed(gains.lean_cutoff, period)
+        across, tilt_share = unknown - undone * axis, followed(gains.tilt_cutoff, period)
         once, twice = memory.about
         once = once + turn_share * (turning - once)
         return GeometricL1Memory(
@@ -160,7 +160,7 @@ class GeometricL1(Controller):
             unknown=unknown,
             turning=turning,
             along=memory.along + followed(gains.thrust_cutoff, period) * (undone - memory.along),
-            across=memory.across + lean_share * (across - memory.across),
+            across=memory.across + tilt_share * (across - memory.across),
             about=(once, twice + turn_share * (once - twice)),
             made=made,
         )
