@@ -41,7 +41,7 @@ def test_a_figure_that_lays_itself_out_has_room_for_its_labels():
     sheet = Sheet(("svg",), 60.0)
     with drawing(sheet), warnings.catch_warnings():
         warnings.simplefilter("error")
-        figure = new_figure(sheet, 9.0, 3.0)
+        figure = new_figure(sheet, (9.0, 3.0))
         axes = figure.subplots(1, 2)[0]
         axes.set_ylabel("share of all flights that are worse than this one")
         fit(figure)

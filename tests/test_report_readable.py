@@ -150,7 +150,7 @@ def edges_of(page, name):
 @needs(CHROMIUM)
 def test_a_histogram_and_bars_are_read_and_a_part_is_shown_with_its_limit(tmp_path, browsers):
     with drawing(SHEET):
-        figure = new_figure(SHEET, 8.0, 3.0)
+        figure = new_figure(SHEET, (8.0, 3.0))
         bars, counts = figure.subplots(1, 2)
         bars.barh([0, 1], [30.0, 70.0])
         bars.set_yticks([0, 1], ["lost", "completed"])
@@ -196,7 +196,7 @@ def test_a_histogram_and_bars_are_read_and_a_part_is_shown_with_its_limit(tmp_pa
 
 def test_powers_of_ten_are_written_out_where_nobody_chose_how(tmp_path):
     with drawing(Sheet()):
-        figure = new_figure(Sheet(), 4.0, 3.0)
+        figure = new_figure(Sheet(), (4.0, 3.0))
         axes = figure.add_subplot()
         axes.loglog([1e-6, 1.0], [1e-5, 1e5])
         write(figure, tmp_path / "a", Sheet(formats=("svg",)))
@@ -240,7 +240,7 @@ def test_axe_finds_nothing_in_the_parts_of_reports(report, browsers, width, sche
 @needs(CHROMIUM)
 def test_points_and_cells_say_what_they_are(tmp_path, browsers):
     with drawing(SHEET):
-        figure = new_figure(SHEET, 8.0, 3.0)
+        figure = new_figure(SHEET, (8.0, 3.0))
         points, cells = figure.subplots(1, 2)
         points.plot([1.0], [2.0], "o")
         points.set_xscale("log")

@@ -146,7 +146,7 @@ def test_a_flight_is_drawn_with_the_signals_that_are_asked_for(tmp_path, monkeyp
     assert "--signals: wind has nothing to show, and is not drawn" in run.err
     assert [one.name for one in (tmp_path / "a" / "figures").iterdir()] == ["signals.svg"]
     assert re.findall(r'<g id="axes(\d+)"', (tmp_path / "a" / "figures" / "signals.svg").read_text()) == ["0", "1"]
-    assert (tmp_path / "a" / "report.html").read_text(encoding="utf-8").count("<figure>") == 1
+    assert len(re.findall("<figure[ >]", (tmp_path / "a" / "report.html").read_text(encoding="utf-8"))) == 1
     monkeypatch.setattr("quadstep.studies.fly.fly_logged", lambda *_: pytest.fail("flown"))
     for wrong in ("x,height", "x,"):
         run = quadstep("fly", mission, "--out", tmp_path / "b", "--signals", wrong)

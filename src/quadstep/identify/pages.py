@@ -24,8 +24,7 @@ from quadstep.io.run_record import FIGURES
 from quadstep.mission.airframe import AirframeSection
 from quadstep.report import markup
 from quadstep.report.axes import Powers, logarithmic, plain_decades
-from quadstep.report.canvas import LINES, drawing, margins, new_figure
-from quadstep.report.canvas import write as write_figure
+from quadstep.report.canvas import LINES, figure_at
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Section
 from quadstep.report.panel import SETPOINT, Panel
@@ -86,9 +85,8 @@ def draw_errors(path: Path, errors: ErrorTable, period: float, sheet: Sheet, gro
     ahead = period * np.array(errors.horizons)
     columns = 1 if len(groups) % 2 else sheet.side_by_side(2)
     rows = len(groups) // columns
-    with drawing(sheet):
-        figure = new_figure(sheet, 8.0, 3.1, 1.45 * rows + 0.35 * (rows == 1))
-        margins(figure, sheet, 0.09, 0.15, 0.98, 0.9, 0.24, 0.22)
+    size = 8.0, 3.1, 1.45 * rows + 0.35 * (rows == 1)
+    with figure_at(path, sheet, size, 0.09, 0.15, 0.98, 0.9, 0.24, 0.22) as figure:
         panels = figure.subplots(rows, columns, sharex=True, squeeze=False)
         for group, axes in zip(groups, panels.flat, strict=True):
             means = np.array([errors.means(horizon, group) for horizon in errors.horizons]).T * FACTOR[group]
@@ -104,7 +102,6 @@ def draw_errors(path: Path, errors: ErrorTable, period: float, sheet: Sheet, gro
         panels[0, 0].legend(
             loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=3, handlelength=2.2, columnspacing=1.2
         )
-        write_figure(figure, path, sheet)
 
 
 def estimate_picture(one: Estimated, place: int) -> FigureJob:
@@ -200,12 +197,10 @@ def predictions(out: Path, one: Followed, place: int, kind: str) -> Figure:
 def spectra(out: Path, one: Followed, place: int) -> Figure:
     """Amplitude spectral densities of the measured rates and of the residuals. place: of the flight among the others."""
     name = f"{FIGURES}/spectra{place}"
-    with drawing(SVG):
-        sheet = new_figure(SVG, COLUMN, 3.2)
-        sheet.subplots_adjust(0.08, 0.155, 0.99, 0.8, 0.3)
+    with figure_at(out / name, SVG, (COLUMN, 3.2), 0.08, 0.155, 0.99, 0.8, 0.3) as figure:
         first: Axes | None = None
         for axis, turn in enumerate(AXES):
-            panel = sheet.add_subplot(1, 3, axis + 1, sharey=first)
+            panel = figure.add_subplot(1, 3, axis + 1, sharey=first)
             frequencies, signal = spectrum(np.degrees(one.measured[HORIZONS[0]].rates), one.period)
             panel.loglog(frequencies, signal[:, axis], label="measured", **LINES[0])
             for style, horizon in zip(LINES[1:], HORIZONS[:2], strict=False):
@@ -219,7 +214,6 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
                 first = panel
                 panel.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1)
             panel.set_ylabel(f"{turn} rate [°/s per √Hz]")
-        write_figure(sheet, out / name, SVG)
     return Figure(name, "Spectra of the rates and of what predictions miss of them: the vehicle explains a frequency as far "
                         "as the residual is below the measurement.")  # fmt: skip
 

@@ -18,7 +18,7 @@ from quadstep.linear.states import Array, Channel, short
 from quadstep.linear.transfer import Complex
 from quadstep.metrics.registry import at_rest
 from quadstep.report.axes import CLEAR, Powers, crossed, plain
-from quadstep.report.canvas import LETTER, LINES, drawing, margins, new_figure, write
+from quadstep.report.canvas import LETTER, LINES, figure_at
 from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.units import listed
 
@@ -172,10 +172,8 @@ MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
 
 def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
     """Magnitude [dB] and phase [°] of L over frequency."""
-    with drawing(sheet):
-        figure = new_figure(sheet, PHONE, 4.4, 3.6)
+    with figure_at(path, sheet, (PHONE, 4.4, 3.6), 0.17, 0.115, 0.965, 0.97, 0.2, 0.08) as figure:
         above, below = figure.subplots(2, 1, sharex=True)
-        margins(figure, sheet, 0.17, 0.115, 0.965, 0.97, 0.2, 0.08)
         for i, channel in enumerate(shown.channels):
             size = 20.0 * np.log10(np.maximum(np.abs(shown.loop[:, i]), 1e-12))
             phase = np.degrees(np.unwrap(np.angle(shown.loop[:, i])))
@@ -205,7 +203,6 @@ def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
         for axes in (above, below):
             axes.yaxis.set_major_formatter(plain())
         above.legend(loc="upper right", ncols=2)
-        write(figure, path, sheet)
 
 
 def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
@@ -250,10 +247,8 @@ def mark(axes: Axes, place: int, at: float, line: float, end: float, text: str) 
 
 def draw_nyquist(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
     """L in the complex plane around -1, with the unit circle, on which only the phase differs from -1."""
-    with drawing(sheet):
-        figure = new_figure(sheet, PHONE, 3.7, 3.4)
+    with figure_at(path, sheet, (PHONE, 3.7, 3.4), 0.15, 0.115, 0.965, 0.97) as figure:
         axes = figure.subplots()
-        margins(figure, sheet, 0.15, 0.115, 0.965, 0.97)
         turn = np.linspace(0.0, 2.0 * math.pi, 361)
         axes.plot(np.cos(turn), np.sin(turn), color="0.6", linewidth=0.8)
         for i, channel in enumerate(shown.channels):
@@ -268,7 +263,6 @@ def draw_nyquist(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(plain())
         axes.legend(loc="upper right")
-        write(figure, path, sheet)
 
 
 SETTLINGS = 2.5
@@ -277,10 +271,8 @@ SETTLINGS = 2.5
 
 def draw_steps(path: Path, steps: Sequence[StepResponse], sheet: Sheet) -> None:
     """Response of each stepped quantity to its step of the path."""
-    with drawing(sheet):
-        figure = new_figure(sheet, PHONE, 3.0, 2.8)
+    with figure_at(path, sheet, (PHONE, 3.0, 2.8), 0.15, 0.17, 0.965, 0.96) as figure:
         axes = figure.subplots()
-        margins(figure, sheet, 0.15, 0.17, 0.965, 0.96)
         for i, step in enumerate(steps):
             axes.plot(step.t, step.value, label=f"{step.name} [{step.unit}]", **LINES[i % len(LINES)])
         axes.axhline(1.0, color="0.5", linewidth=0.8)
@@ -290,15 +282,12 @@ def draw_steps(path: Path, steps: Sequence[StepResponse], sheet: Sheet) -> None:
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(plain())
         axes.legend(loc="lower right")
-        write(figure, path, sheet)
 
 
 def draw_over(path: Path, label: str, at: Array, loops: Sequence[Analysis], sheet: Sheet) -> None:
     """Phase, delay and disk margins of each channel over time, or over the draws as points, those of a draw side by side."""
-    with drawing(sheet):
-        figure = new_figure(sheet, PHONE, 4.4, 4.4)
+    with figure_at(path, sheet, (PHONE, 4.4), 0.17, 0.115, 0.965, 0.935, 0.2, 0.1) as figure:
         grid = figure.subplots(len(MEASURES), 1, sharex=True)
-        margins(figure, sheet, 0.17, 0.115, 0.965, 0.935, 0.2, 0.1)
         for axes, (title, of) in zip(grid, MEASURES, strict=True):
             for i, channel in enumerate(loops[0].channels):
                 values = np.array([of(one.margins[i]) for one in loops])
@@ -317,4 +306,3 @@ def draw_over(path: Path, label: str, at: Array, loops: Sequence[Analysis], shee
             grid[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
         grid[-1].xaxis.set_major_formatter(plain())
         grid[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0, ncols=4)
-        write(figure, path, sheet)

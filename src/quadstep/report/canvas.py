@@ -172,17 +172,28 @@ def drawing(sheet: Sheet, more: Mapping[str, object] | None = None) -> Iterator[
         yield
 
 
-def new_figure(sheet: Sheet, width: float, height: float, in_print: float | None = None) -> Figure:
-    """A figure of this size [in], or as wide as the sheet and `in_print` tall, laid out by Matplotlib."""
-    if sheet.width is None:
-        return Typeset(figsize=(width, height), dpi=sheet.dpi)
-    return Typeset(figsize=(sheet.inches(width), in_print or height), dpi=sheet.dpi, layout="constrained")
+def new_figure(sheet: Sheet, size: Sequence[float], *sides: float) -> Figure:
+    """A figure of this width and height [in], whose margins and gaps are `sides`, as `subplots_adjust` has them; or one as
+    wide as the sheet, and as tall as the last of `size`, laid out by Matplotlib. size: width, height, and that in print if
+    it is another.
+    """
+    width, height, *_ = size
+    if sheet.width is not None:
+        return Typeset(figsize=(sheet.inches(width), size[-1]), dpi=sheet.dpi, layout="constrained")
+    figure = Typeset(figsize=(width, height), dpi=sheet.dpi)
+    figure.subplots_adjust(*sides)
+    return figure
 
 
-def margins(figure: Figure, sheet: Sheet, *sides: float) -> None:
-    """left, bottom, right, top, between columns, between rows: as `subplots_adjust` has them, of a figure of its own size."""
-    if sheet.width is None:
-        figure.subplots_adjust(*sides)
+@contextmanager
+def figure_at(
+    path: Path, sheet: Sheet, size: Sequence[float], *sides: float, more: Mapping[str, object] | None = None
+) -> Iterator[Figure]:
+    """A `new_figure` to draw on, written as `path` where the block ends. more: as in `drawing`."""
+    with drawing(sheet, more):
+        figure = new_figure(sheet, size, *sides)
+        yield figure
+        write(figure, path, sheet)
 
 
 def write(figure: Figure, path: Path, sheet: Sheet) -> None:

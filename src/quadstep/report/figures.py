@@ -19,7 +19,6 @@ from quadstep.report.canvas import (
     Typeset,
     drawing,
     legend_columns,
-    margins,
     new_figure,
     thin,
     write,
@@ -227,9 +226,10 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
     views = track.views
     narrow = bool(views) and sheet.side_by_side(1 + len(views), 2.2) < 1 + len(views)
     width = (PHONE, 6.8, COLUMN)[len(views)]
-    figure = new_figure(sheet, width, 2.4 if views else 1.7, 3.8 if narrow else 2.6 if views else 1.7)
+    size = width, 2.4 if views else 1.7, 3.8 if narrow else 2.6 if views else 1.7
+    sides = 0.68 / width, 0.195 if views else 0.27, 1.0 - 0.12 / width, 0.88 if views else 0.96, 0.36
+    figure = new_figure(sheet, size, *sides)
     *seen_from, errors = track_axes(figure, len(views), narrow)
-    margins(figure, sheet, 0.68 / width, 0.195 if views else 0.27, 1.0 - 0.12 / width, 0.88 if views else 0.96, 0.36)
     seen = track.distance > 0.0
     unit, factor = handy("m", float(track.distance.max()))
     if seen.any() and track.distance.max() > DECADES * np.quantile(track.distance[seen], 0.05):

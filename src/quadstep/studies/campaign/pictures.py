@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.report import units
 from quadstep.report.axes import CLEAR, STEPS, Powers, plain_decades
-from quadstep.report.canvas import drawing, margins, new_figure, wrapped, write
+from quadstep.report.canvas import drawing, figure_at, new_figure, wrapped, write
 from quadstep.report.colours import COLOURS, CURVES
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.studies.campaign.varied import Bins, spans_decades
@@ -43,12 +43,11 @@ class PlottedMetric(NamedTuple):
 
 def draw_distributions(path: Path, metrics: Sequence[PlottedMetric], flights: int, sheet: Sheet = SCREEN) -> None:
     """Above, a histogram of each metric; below, the share of all flights that are worse, including those that ended early."""
-    with drawing(sheet):
-        columns = sheet.side_by_side(len(metrics), 2.2)
-        rows, width = -(-len(metrics) // columns), COLUMN if columns > 1 else PHONE
-        figure = new_figure(sheet, width, 4.4 * rows, 4.0 * rows)
+    columns = sheet.side_by_side(len(metrics), 2.2)
+    rows, width = -(-len(metrics) // columns), COLUMN if columns > 1 else PHONE
+    sides = 0.75 / width, 0.5 / rows / 4.4, 0.985, 1.0 - 0.28 / rows / 4.4, 0.32, 0.1
+    with figure_at(path, sheet, (width, 4.4 * rows, 4.0 * rows), *sides) as figure:
         grid = figure.subplots(2 * rows, columns, squeeze=False)
-        margins(figure, sheet, 0.75 / width, 0.5 / rows / 4.4, 0.985, 1.0 - 0.28 / rows / 4.4, 0.32, 0.1)
         pairs = [(grid[2 * row, column], grid[2 * row + 1, column]) for row in range(rows) for column in range(columns)]
         for place, (above, below) in enumerate(pairs):
             if place >= len(metrics):
@@ -60,7 +59,6 @@ def draw_distributions(path: Path, metrics: Sequence[PlottedMetric], flights: in
             draw_metric(above, below, metrics[place], flights)
             above.set_ylabel("flights")
             below.set_ylabel("share worse")
-        write(figure, path, sheet)
 
 
 def draw_metric(above: Axes, below: Axes, metric: PlottedMetric, flights: int) -> None:
@@ -115,13 +113,11 @@ def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, N
     """The number of flights by outcome, and the times at which flights ended early. ended: times by outcome [s]."""
     flights = sum(outcomes.values())
     timed = {name: times for name, times in ended.items() if len(times)}
-    with drawing(sheet):
-        count = 2 if timed else 1
-        columns, height = sheet.side_by_side(count, 3.0), 1.0 + 0.42 * max(len(outcomes), 4)
-        width = COLUMN if timed else PHONE
-        figure = new_figure(sheet, width, height, 0.8 * height * count / columns)
+    count, width = (2, COLUMN) if timed else (1, PHONE)
+    columns, height = sheet.side_by_side(count, 3.0), 1.0 + 0.42 * max(len(outcomes), 4)
+    size = width, height, 0.8 * height * count / columns
+    with figure_at(path, sheet, size, 1.6 / width, 0.55 / height, 0.97, 0.94, 0.5) as figure:
         axes = figure.subplots(count // columns, columns, squeeze=False).ravel()
-        margins(figure, sheet, 1.6 / width, 0.55 / height, 0.97, 0.94, 0.5)
         counts = list(outcomes.values())
         axes[0].barh(range(len(counts)), [100.0 * count / flights for count in counts], height=0.6, **FILL)
         narrow = sheet.inches(COLUMN) < NARROW
@@ -145,7 +141,6 @@ def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, N
             axes[1].set_ylim(bottom=0.0)
             axes[1].yaxis.set_major_locator(MaxNLocator(5, integer=True))
             axes[1].legend()
-        write(figure, path, sheet)
 
 
 NARROW = 3.0
@@ -158,11 +153,11 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
     with drawing(sheet):
         above = 0.17 + 0.16 * len(explained)
         height = 0.58 + above + 0.24 * len(ranking) * (len(explained) + 0.5)
-        figure = new_figure(sheet, PHONE, height)
-        axes = figure.subplots()
         names = [wrapped(key, 0.4 * sheet.inches(PHONE), rcParams["font.size"]) for key in ranking]
         widest = max(len(line) for name in names for line in name.split("\n"))
-        margins(figure, sheet, min(0.45, 0.06 + 0.019 * widest), 0.45 / height, 0.97, 1.0 - above / height)
+        sides = min(0.45, 0.06 + 0.019 * widest), 0.45 / height, 0.97, 1.0 - above / height
+        figure = new_figure(sheet, (PHONE, height), *sides)
+        axes = figure.subplots()
         step = len(explained) + 0.5
         for place, (name, colour) in enumerate(zip(explained, CURVES, strict=False)):
             rows = [i * step + place for i in range(len(ranking))]
@@ -218,9 +213,9 @@ def draw_key(path: Path, key: str, bins: Bins, shown: ByKey, sheet: Sheet = SCRE
             0.05 * max(map(len, labels)) if crowded else 0.16 * max((one.count("\n") for one in labels), default=0)
         )
         height = 2.0 + below
-        figure = new_figure(sheet, COLUMN, height, 0.8 * height * 2 / columns)
+        size = COLUMN, height, 0.8 * height * 2 / columns
+        figure = new_figure(sheet, size, 0.075, below / height, 0.985, 1.0 - 0.3 / height, 0.2)
         axes = figure.subplots(2 // columns, columns, squeeze=False).ravel()
-        margins(figure, sheet, 0.075, below / height, 0.985, 1.0 - 0.3 / height, 0.2)
         success, errors = axes
         draw_success(success, bins, shown.good)
         draw_errors(errors, bins, shown.errors)

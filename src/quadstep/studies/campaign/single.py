@@ -23,7 +23,7 @@ from quadstep.page.flights import ShownFlight
 from quadstep.page.model import Link
 from quadstep.report import units
 from quadstep.report.axes import CLEAR
-from quadstep.report.canvas import drawing, margins, new_figure, write
+from quadstep.report.canvas import figure_at
 from quadstep.report.evidence import Evidence
 from quadstep.report.progress import Progress
 from quadstep.report.publish import publishing
@@ -136,10 +136,9 @@ def draw_points(
     seen[[flight for flight in links if known[flight]]] = True
     if not seen.any():
         return False
-    with drawing(sheet, {"path.simplify": False}):  # which leaves out points
-        figure = new_figure(sheet, PHONE, 3.6, 4.4)
+    all_points = {"path.simplify": False}
+    with figure_at(path, sheet, (PHONE, 3.6, 4.4), 0.16, 0.14, 0.965, 0.97, more=all_points) as figure:
         axes = figure.subplots()
-        margins(figure, sheet, 0.16, 0.14, 0.965, 0.97)
         x, y = (scaled(axes, which, metric, seen) for which, metric in zip("xy", metrics, strict=True))
         for name, chosen, marker, colour in (("completed", ~lost, "o", "0.6"), ("ended early", lost, "x", LIMIT)):
             if (seen & chosen).any():  # a line without width is what the script of reports reads points off
@@ -163,7 +162,6 @@ def draw_points(
                     bbox=CLEAR,
                 )
         axes.legend(loc="upper left")
-        write(figure, path, sheet)
     return True
 
 

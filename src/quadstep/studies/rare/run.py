@@ -16,7 +16,7 @@ from quadstep.mission.fields import label, words
 from quadstep.mission.schema import Mission
 from quadstep.report import markup, units
 from quadstep.report.axes import Powers
-from quadstep.report.canvas import drawing, margins, new_figure, write
+from quadstep.report.canvas import figure_at
 from quadstep.report.colours import COLOURS
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.progress import Count
@@ -147,12 +147,11 @@ FAR, LINEAR = 30.0, 3.0
 def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> None:
     """A panel for each kind of failure: the probability beyond each score, in replicates and second opinions."""
     names = list(dict.fromkeys(event.failure for one in pieces for event in one.events))
-    with drawing(sheet):
-        columns = sheet.side_by_side(len(names), 2.4)
-        rows, width = -(-len(names) // columns), COLUMN if columns > 1 else PHONE
-        figure = new_figure(sheet, width, 3.0 * rows, 3.0 * rows)
+    columns = sheet.side_by_side(len(names), 2.4)
+    rows, width = -(-len(names) // columns), COLUMN if columns > 1 else PHONE
+    sides = 0.75 / width, 0.17 / rows, 0.97, 1.0 - 0.1 / rows, 0.26, 0.3
+    with figure_at(path, sheet, (width, 3.0 * rows), *sides) as figure:
         figure.subplots(rows, columns, squeeze=False, sharey=True)
-        margins(figure, sheet, 0.75 / width, 0.17 / rows, 0.97, 1.0 - 0.1 / rows, 0.26, 0.3)
         for place, axes in enumerate(figure.axes):
             if place >= len(names):
                 axes.set_axis_off()
@@ -162,7 +161,6 @@ def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> No
             axes.set_title(f"Failures: {names[place].replace(', above', ', but above')}")
             axes.set_ylabel("probability")
             axes.tick_params(labelleft=True)
-        write(figure, path, sheet)
 
 
 def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:

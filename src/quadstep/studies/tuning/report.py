@@ -13,7 +13,7 @@ from quadstep.mission.fields import label
 from quadstep.mission.tune import Constraint
 from quadstep.report import markup, units
 from quadstep.report.axes import plain_decades
-from quadstep.report.canvas import LINES, drawing, legend_columns, margins, new_figure, write
+from quadstep.report.canvas import LINES, figure_at, legend_columns
 from quadstep.report.colours import COLOURS
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
@@ -197,13 +197,12 @@ def shares(compared: Compared) -> list[str]:
 
 def draw_search(path: Path, request: TuningRequest, result: SearchResult, sheet: Sheet) -> None:
     """Write `path` in the sheet's formats."""
-    with drawing(sheet):
-        rows = len(request.gains)  # of the legend of the gains, at most
-        height = 3.9 + 0.16 * rows
-        figure = new_figure(sheet, PHONE, height, 4.2)
+    rows = len(request.gains)  # of the legend of the gains, at most
+    height = 3.9 + 0.16 * rows
+    apart = (0.27 + 0.16 * rows) / (0.5 * (height - 1.3 - 0.16 * rows))
+    sides = 0.18, 0.48 / height, 0.955, 1.0 - 0.55 / height, 0.2, apart
+    with figure_at(path, sheet, (PHONE, height, 4.2), *sides) as figure:
         top, bottom = figure.subplots(2, 1, sharex=True)
-        inner = 0.5 * (height - 1.3 - 0.16 * rows)
-        margins(figure, sheet, 0.18, 0.48 / height, 0.955, 1.0 - 0.55 / height, 0.2, (0.27 + 0.16 * rows) / inner)
         draw_objective(top, result)
         draw_gains(bottom, request, result)
         for axes, most in ((top, 3), (bottom, 4)):
@@ -215,7 +214,6 @@ def draw_search(path: Path, request: TuningRequest, result: SearchResult, sheet:
                     text.set_parse_math(True)
         bottom.set_xlabel("flights")
         figure.align_ylabels()
-        write(figure, path, sheet)
 
 
 def draw_objective(axes: Axes, result: SearchResult) -> None:
