@@ -160,7 +160,8 @@ def show(done: "Tuned", folder: Path) -> None:
     show_table(said[0].upper() + said[1:], HEADER, measured_rows(compared))
     flights = found.history[-1].flights
     before, after = found.present.judged.objective, found.best.judged.objective
-    say(f"Objective over the flights used for tuning: {number(before)} -> {number(after)}, after {flights} flights.")
+    both = f"{number(before)} with the present gains, {number(after)} with the tuned ones"
+    say(f"Objective over the flights used for tuning: {both}, after {flights} flights.")
     for sentence in (verdict, *done.evidence.graded):
         say(sentence)
     for gain in done.asked.gains:

@@ -70,7 +70,7 @@ class Map(Study[Envelope]):
             name=name,
             kind="Envelope",
             answer=answer(envelope),
-            sentences=[sentence(envelope)],
+            sentences=[answer(envelope)],
             record=as_json(envelope),
             facts=[fact(one) for one in envelope.panels if one.name],
             figures=[Figure(PICTURE, caption(envelope, bool(links)), label="Map")],
@@ -164,7 +164,8 @@ def answer(envelope: Envelope) -> str:
     asked = envelope.asked
     plural = "" if max(one.cells for one in envelope.panels) == 1 else "s"
     over = f"combination{plural} of {words(asked.x.key)} and {words(asked.y.key)}"
-    how, more = f"{asked.campaign.meaning}{most_of(asked)}", f"{ends(envelope)}{idle(envelope)}"
+    same = "" if asked.random or asked.flights == 1 else " Nothing is random here: all flights of a cell are identical."
+    how, more = f"{asked.campaign.meaning}{most_of(asked)}", f"{same}{ends(envelope)}{idle(envelope)}"
     if all(one.flyable == one.cells for one in envelope.panels):
         whole = f"Every one of the {envelope.panels[0].cells} {over} can be flown{how}"
         return f"{whole}: the map shows no limit.{more}"
@@ -245,16 +246,3 @@ def row(one: MapPanel) -> list[str]:
     causes = ", ".join(f"{count} {in_brief(name)}" for name, count in one.causes.items())
     rmse = f"{units.quantity(one.rmse[0], 'm')} to {units.quantity(one.rmse[1], 'm')}" if one.rmse else "–"
     return [one.name or "the map", str(one.cells), str(one.flyable), units.percent(one.success), rmse, causes or "–"]
-
-
-def sentence(envelope: Envelope) -> str:
-    """The flyable share of each panel, in words."""
-    asked = envelope.asked
-    parts = [
-        f"{100.0 * panel.flyable / panel.cells:.3g} % ({panel.flyable} of {panel.cells} cells)"
-        + (f" with {panel.name}" if panel.name else "")
-        for panel in envelope.panels
-    ]
-    same = "" if asked.random or asked.flights == 1 else " Nothing is random here: all flights of a cell are identical."
-    over = f"Flyable combinations of {words(asked.x.key)} and {words(asked.y.key)}{asked.campaign.meaning}"
-    return f"{over}: {', '.join(parts)}{most_of(asked)}.{same}{idle(envelope)}"
