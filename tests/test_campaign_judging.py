@@ -1,6 +1,7 @@
 """`quadstep campaign --require`, `--json`, `--junit`."""
 
 import json
+import re
 
 import pytest
 
@@ -167,10 +168,19 @@ def test_flights_that_leave_points_of_a_grid_out_show_nothing_of_the_campaign(tm
 def test_one_flight_of_which_nothing_is_drawn_is_no_grid(tmp_path):
     path, out = tmp_path / "camp.toml", tmp_path / "out"
     path.write_text(f"flights = 1\n{CALM}")
-    assert "It is one flight and nothing in it is random, so nothing is statistical." in fly(path, out).out
+    assert "It is one flight, which shows no share." in fly(path, out).out
     required = fly(path, tmp_path / "other", "--require", "0.5")
     assert required.refused
     assert "--require: its flights do not differ and say nothing about others" in required.err
+
+
+def test_one_flight_shows_no_share_though_it_is_drawn_at_random(tmp_path):
+    path, out = tmp_path / "camp.toml", tmp_path / "out"
+    path.write_text(f"flights = 1\n{CALM}sensors = {{ gyro_noise = 0.01 }}\n")
+    run = fly(path, out)
+    assert re.search(r"1 flight: it succeeds.*\. It is one flight, which shows no share\.", " ".join(run.out.split()))
+    assert "95 %" not in run.out
+    assert fly(path, tmp_path / "other", "--require", "0.5").code == 1
 
 
 def test_what_a_plant_of_ones_own_draws_shows_only_in_flight(tmp_path):

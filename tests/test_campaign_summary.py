@@ -120,12 +120,14 @@ def test_all_good_and_only_one():
     found = summarise(Made([through(0.1)]))
     assert tuple(found.success) == pytest.approx((1.0, 0.025, 1.0))
     assert found.spreads[0].quantiles[0.5].value == 0.1
-    assert sentences(found)[0].startswith("1 flight: 100 % succeed; ")
-    late = found._replace(meaning=" (the first 9.9 s are not counted)")
-    assert sentences(late)[0].startswith("1 flight: 100 % succeed (the first 9.9 s are not counted); ")
-    assert answer(late).startswith("The only flight succeeded; the 95 % interval ")
+    assert sentences(found)[:2] == ["1 flight: it succeeds.", "It is one flight, which shows no share."]
+    alone = "The only flight succeeded. It is one flight, which shows no share."
+    assert [answer(found), answer(found._replace(decision="Shown."))] == [alone, f"Shown. {alone}"]
+    late = found._replace(flights=2, meaning=" (the first 9.9 s are not counted)")
+    assert sentences(late)[0].startswith("2 flights: 100 % succeed (the first 9.9 s are not counted); ")
+    assert answer(late).startswith("All 2 flights succeeded; the 95 % interval ")
     assert answer(late).endswith(" %. The first 9.9 s are not counted.")
-    assert answer(late._replace(decision="Not met: ...")).startswith("Not met: ... The only flight succeeded; ")
+    assert answer(late._replace(decision="Not met: ...")).startswith("Not met: ... All 2 flights succeeded; ")
 
 
 def test_quantiles_are_given_where_enough_flights_are_beyond_them():

@@ -182,15 +182,19 @@ def test_who_leads_by_chance_or_hardly_at_all_is_not_said_to_be_best(difference,
 
 
 @pytest.mark.parametrize(("effect", "lost", "said"), [
-    (-1.0, 0.0, "law 0 is best (median e 1 cm, next law 1 with 1 cm)."),
-    (1.0, 0.0, "law 0 has the smallest median e (1 cm, next law 1 with 1 cm), but flight by flight is worse than law 1."),
-    (-1.0, 0.2, "law 0 has the smallest median e (1 cm, next law 1 with 1 cm), but certainly loses more flights than law 1."),
+    (-1.0, 0.0, "law 0 is best (median e 1 cm, next law 1 with the same, but flight by flight worse)."),
+    (1.0, 0.0, "law 0 has the smallest median e (1 cm, next law 1 with the same), but flight by flight is worse than law 1."),
+    (-1.0, 0.2, "law 0 has the smallest median e (1 cm, next law 1 with the same, but flight by flight worse), but certainly "
+        "loses more flights than law 1."),
 ])  # fmt: skip
 def test_the_smallest_median_is_not_best_where_another_wins_flight_by_flight_or_loses_fewer(effect, lost, said):
     pair = Pair("law 0", "law 1", Estimate(0.01 * effect, -1.0, 1.0), 1.0, effect, 0.001, lost, 0.001)
     ranked = {WHERE: Ranked({"law 0": 1.0, "law 1": 2.0}, 0.0, (pair,))}
     found = comparison(2)._replace(results=tuple(result(f"law {i}", 0.01) for i in range(2)), ranked=ranked)
     assert answer(found) == said
+    apart = found._replace(results=tuple(result(f"law {i}", 0.01 + 1e-6 * i) for i in range(2)))
+    assert "1 cm, next law 1 with 1.0001 cm" in answer(apart)
+    assert of_situation(apart, WHERE, ranked[WHERE]) == "500 flights are too few for an interval of the median."
     alike = Ranked({"law 0": 1.5, "law 1": 1.5}, 1.0, (), copies=True)
     assert answer(found._replace(ranked={WHERE: alike})) == "law 0 and law 1 share the smallest e (1 cm)."
 

@@ -48,7 +48,7 @@ def evidence(
     `--until` has shown, if it was given. Raises UserError where nothing is statistical but something is required.
     """
     summary, name, measured = done.summary, done.campaign.file.name, as_json(done.summary)
-    if not summary.statistical and (decided or least is not None):
+    if summary.flights > 1 and not summary.statistical and (decided or least is not None):
         raise nothing_shown(file, "--until" if decided else "--require", bool(done.campaign.varies) and not summary.copies)
     again = [replay_command(file, one.flight, done.folder) for one in summary.worst]
     record = {

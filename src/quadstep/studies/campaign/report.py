@@ -101,7 +101,7 @@ def evidence(of: ReportSubject) -> Evidence:
         *key_sections(of, rmse, flown[SUCCESS].to_numpy()),
         *worst_section(of, flown),
         *text.opening(of.store, of.campaign, summary, of.path),
-        *text.closing(summary.copies),
+        *text.closing(summary.statistical),
     ]
     return Evidence(
         name=name,

@@ -31,7 +31,7 @@ SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 
 def answer(summary: CampaignSummary) -> str:
     if not summary.statistical:
-        return f"{succeeded(summary)}{summary.meaning}. {summary.why_not}"
+        return f"{summary.decision} {succeeded(summary)}{summary.meaning}. {summary.why_not}".lstrip()
     if summary.decision:  # which says by what flights are judged
         return f"{summary.decision} {succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}."
     judged = summary.meaning[2:-1]
@@ -55,9 +55,10 @@ def facts(summary: CampaignSummary) -> list[markup.Fact]:
 
 
 def succeeded(summary: CampaignSummary) -> str:
+    if summary.flights == 1:
+        return f"The only flight {'succeeded' if summary.success.value else 'failed'}"
     if summary.success.value == 1.0:
-        who = f"All {summary.flights} flights" if summary.flights > 1 else "The only flight"
-        return f"{who} succeeded"
+        return f"All {summary.flights} flights succeeded"
     return f"{units.percent(summary.success.value)} of {units.counted(summary.flights, 'flight')} succeeded"
 
 
@@ -263,6 +264,6 @@ FILES = (
 )
 
 
-def closing(copies: bool) -> list[TableSection]:
-    """How to read the report. copies: whether the flights do not differ, so that there are no intervals."""
-    return [TableSection("How to read this", "reading", text="" if copies else INTERVALS), TableSection(text=FILES)]
+def closing(statistical: bool) -> list[TableSection]:
+    """How to read the report. statistical: whether there are intervals."""
+    return [TableSection("How to read this", "reading", text=INTERVALS if statistical else ""), TableSection(text=FILES)]

@@ -34,7 +34,7 @@ ROUNDS = "Its {} flights do not cover its grid of {} points evenly, so nothing i
 """Of a campaign that flies some points of its grid more often than others."""
 
 
-SINGLE = "It is one flight and nothing in it is random, so nothing is statistical."
+SINGLE = "It is one flight, which shows no share."
 
 
 class MetricQuantiles(NamedTuple):
@@ -81,7 +81,7 @@ class CampaignSummary(NamedTuple):
     @property
     def statistical(self) -> bool:
         """Whether the flights say something of others, so that numbers have intervals."""
-        return not (self.copies or self.points or self.uneven)
+        return self.flights > 1 and not (self.copies or self.points or self.uneven)
 
     @property
     def why_not(self) -> str:
@@ -146,7 +146,8 @@ def within(low: float, high: float) -> str:
 def sentences(summary: CampaignSummary) -> list[str]:
     value, low, high = summary.success
     interval = f"; the 95 % interval is {within(low, high)}" if summary.statistical else ""
-    lines = [f"{units.counted(summary.flights, 'flight')}: {units.percent(value)} succeed{summary.meaning}{interval}."]
+    good = f"{units.percent(value)} succeed" if summary.flights > 1 else "it succeeds" if value else "it fails"
+    lines = [f"{units.counted(summary.flights, 'flight')}: {good}{summary.meaning}{interval}."]
     if not summary.statistical:
         lines.append(summary.why_not)
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])

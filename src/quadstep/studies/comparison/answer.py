@@ -87,7 +87,7 @@ def named(results: Comparison, found: dict[Situation, tuple[str, list[str]]], wo
             worse = [pair.winner for pair in pairs if pair.winner in rivals]
             lossy = [pair.keeper for pair in pairs if pair.keeper in rivals]
             left = [name for name in rivals if name not in (*equal, *worse, *lossy)]
-            beside = f" ({median(results, where, left[0])})" if len(left) == 1 else ""
+            beside = f" ({median(results, where, left[0])})" if len(left) == 1 < len(results.ranked) else ""
             slight = any(negligible(results, where, pair) for pair in pairs)
             by = f" by {100.0 * NEGLIGIBLE:g} % or more" if slight or results.ranked[where].copies else ""
             but = [f"is not shown to be better{by} than {several(left)}{beside}"] * bool(left)
@@ -118,25 +118,28 @@ def within(results: Comparison, situation: Situation) -> str:
     return "" if not parts else f"in '{name}' " if " " in name else f"in {name} "
 
 
-def median(results: Comparison, situation: Situation, name: str) -> str:
+def median(results: Comparison, situation: Situation, name: str, digits: int = 3) -> str:
     """Of a controller's flights."""
     value = next(one.spreads[results.metric].median.value for one in results.of(situation) if one.controller == name)
     unit = unit_of(results.metrics[results.metric])
-    return f"{unit.factor * value:.3g} {unit.name}".strip() if math.isfinite(value) else "lost"
+    return f"{unit.factor * value:.{digits}g} {unit.name}".strip() if math.isfinite(value) else "lost"
 
 
 def worth(results: Comparison, situation: Situation, best: str) -> str:
     """The median of the best, what speaks against it, of one situation the next best too, and who loses flights."""
     cells = {one.controller: one for one in results.of(situation)}
     lost, grade = cells[best].lost.value, cells[best].grade
-    text = median(results, situation, best)
-    text += f", though it loses {percent(lost)} of its flights" if lost else ""
-    text += f", but not as asked: {listed(grade.labels)}" if grade and grade.labels else ""
+    loses = f", though it loses {percent(lost)} of its flights" if lost else ""
+    loses += f", but not as asked: {listed(grade.labels)}" if grade and grade.labels else ""
+    text = median(results, situation, best) + loses
     others = {name: one for name, one in cells.items() if name not in tied(results, situation, best)}
     if others and len(results.ranked) == 1:
         second = min(others, key=lambda name: others[name].spreads[results.metric].median.value)
-        beside = median(results, situation, second)
-        text += f", next {second} with {beside}" if beside != "lost" else ""
+        both = [[median(results, situation, name, digits) for name in (best, second)] for digits in range(3, 7)]
+        worse = any(pair.winner == best and second in pair[:2] for pair in results.ranked[situation].pairs)
+        same = both[0][0], f"the same{', but flight by flight worse' * worse}"
+        text, least = next((pair for pair in both if pair[0] != pair[1]), same)
+        text += f"{loses}, next {second} with {least}" if least != "lost" else loses
     losing = [f"{name} loses {percent(one.lost.value)}" for name, one in others.items() if one.lost.value]
     if len(losing) > 2:
         return f"{text}, while {len(losing)} others lose flights"

@@ -239,11 +239,8 @@ def markdown(results: Comparison, pictures: Mapping[str, Path]) -> str:
         ]
     if results.margins:
         parts += ["## Margins", FAILING, markdown_table(results.headed(tables.MARGIN_HEADER), tables.margin_rows(results))]
-    parts += [
-        "## Situation by situation",
-        bullets(others[len(of_all) :]),
-        words.method(results),
-    ]
+    rest = others[len(of_all) :]
+    parts += [*(["## Situation by situation", bullets(rest)] if rest else []), words.method(results)]
     if len(results.controllers) > 1:
         ranked = [[name, f"{rank:.2f}"] for name, rank in results.overall().items()]
         header = (results.kind, f"over {words.ranked_in(results)}, from 0 (best) to 1")

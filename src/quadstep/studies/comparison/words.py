@@ -78,7 +78,7 @@ def share_lost(one: SituationResult) -> str:
 def sentences(results: Comparison) -> list[str]:
     """The answer, what holds for all, then situation by situation."""
     lines = [answer(results), *of_all(results)] if len(results.controllers) > 1 else []
-    lines += [of_situation(results, situation, ranked) for situation, ranked in results.ranked.items()]
+    lines += filter(None, (of_situation(results, situation, ranked) for situation, ranked in results.ranked.items()))
     lines += missed_limits(results)
     lines += [problem.line for problem in results.problems]
     return lines
@@ -130,7 +130,7 @@ def of_all(results: Comparison) -> list[str]:
         lines.append(f"{leads} the best mean rank{some}, {rank}{loses}{fall_short(flown, results.metric, whose)}.")
     lines += [] if others else with_grade(results, first)
     everywhere = " in every situation" if results.kind == "controller" else ""
-    alike = ", all alike" if results.copies else ""
+    alike = ", all alike, so nothing is statistical" if results.copies else ""
     lines.append(
         f"{counted(len(results.controllers), results.kind)}, {counted(results.seeds, 'flight')} each{everywhere}{alike}."
     )
@@ -190,19 +190,30 @@ def searches(results: Comparison) -> str:
 
 
 def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str:
-    """Who has the smallest median in a situation, against whom that is decided, and who loses flights."""
+    """Who has the smallest median in a situation, against whom that is decided, and who loses flights; of the only one what
+    the answer does not say.
+    """
     results = {one.controller: one for one in found.of(situation)}
     best, losses = leading(found, situation)[0], lost_flights(results)
     where = f"{situation.label}{' (tuned in)' if situation in found.tuned_in else ''}: " if situation.label else ""
+    alone = len(found.ranked) == 1 < len(results)
     if not best:
-        every = f"{where}{'every' if where else 'Every'} {found.kind} loses at least half of its flights"
-        return f"{every}; tracking is not compared. {losses}".strip()
+        every = f"{where}{'every' if where else 'Every'} {found.kind} loses at least half of its flights; t"
+        return f"{'T' if alone else every}racking is not compared. {losses}".strip()
     middle, share, grade = results[best].spreads[found.metric].median, results[best].lost.value, results[best].grade
     full, few = found.metrics[found.metric], math.isnan(middle.low) and not ranked.copies
     equal = tied(found, situation, best)
     has, its, whose = ("has", "its", "its") if len(equal) == 1 else ("share", "their", f"{best}'s")
     unit = unit_of(full)
     value = f"{unit.factor * middle.value:.3g}" if few or ranked.copies else interval_text(middle, unit.factor)
+    if alone:
+        low, high = (end(unit.factor * one) for one in middle[1:])
+        known = [f"The 95 % interval of {best}'s median is {low} to {high} {unit.name}".rstrip()] * (not ranked.copies)
+        known = [f"{counted(found.seeds, 'flight')} are too few for an interval of the median"] if few else known
+        known += [f"In {best}'s median flight, {listed(grade.reasons)}"] if grade and grade.reasons else []
+        return " ".join(
+            [*(f"{one}." for one in known), losses if sum(one.lost.value > 0.0 for one in results.values()) > 2 else ""]
+        ).strip()
     loses = f", though {best if equal[1:] else 'it'} loses {end_percent(100.0 * share)} % of its flights," if share else ""
     text = f"{where}{several(equal)}{loses} {has} the smallest median {metric(full)[0]}, {value} {unit.name}"
     text += f" ({counted(found.seeds, 'flight')} are too few for an interval)" if few else ""
