@@ -529,7 +529,10 @@ def test_a_controller_that_cannot_fly_the_vehicle_is_one_line_that_names_it(tmp_
     result = quadstep("compare", file, "--out", tmp_path / "out", "--keep-going")
     assert result.code == 2
     assert result.err.count("\n") == 1
-    assert f"{file}: flat cannot fly research-2.6kg: controller.type: unknown value 'planar-pd'" in result.err
+    assert (
+        f"{file}: flat cannot fly research-2.6kg: controller.type: planar-pd flies the planar vehicle, not this vehicle"
+        in result.err
+    )
     assert {row["controller"] for row in rows(tmp_path / "out", "cells.csv")} == {"soft", "firm"}
 
 
@@ -590,7 +593,7 @@ def test_a_scenario_that_nobody_survives_is_one_line(tmp_path):
         (SMALL + TUNING.replace("4500", "300"), "300 flights are too few for the 2 gains of PID"),
         (SMALL + TUNING.replace("position = {}", "hope = {}"), "PID on research-2.6kg cannot be tuned: tune.gains: "),
         (SMALL + TUNING.replace("[tuning]", '[tuning]\ngains = "no.json"'), "tuning.gains: "),
-        ("vehicles = 3\n[paths]\n", "vehicles"),
+        (re.sub("vehicles = .*", "vehicles = 3", SMALL), "vehicles"),
         ("paths = [", "not valid TOML"),
     ],
 )  # fmt: skip

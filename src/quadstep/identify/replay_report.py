@@ -195,10 +195,6 @@ def facts(compared: ErrorTable, period: float) -> list[markup.Fact]:
     return shown
 
 
-def ratio_text(ratio: Estimate) -> str:
-    return number(ratio.value) if np.isnan(ratio.low) else interval(*ratio)
-
-
 def in_time(horizon: int, period: float) -> str:
     return f"{horizon * period:.2g}\u00a0s"
 
@@ -211,7 +207,7 @@ def error_table(title: str, errors: ErrorTable, period: float) -> TableSection:
         for horizon in HORIZONS:
             texts = [number(factor * FACTOR[group] * one) for one in errors.means(horizon, group)]
             to_zero = number(errors.ratio(horizon, group, "zero").value)
-            rows.append((f"{group}, {horizon} [{unit}]", *texts, ratio_text(errors.ratio(horizon, group)), to_zero))
+            rows.append((f"{group}, {horizon} [{unit}]", *texts, interval(*errors.ratio(horizon, group)), to_zero))
     header = ("what, samples ahead", "error", "constant", "zero rate", "to constant (95 %)", "to zero")
     return TableSection("", "", header, rows, f"{title}; a sample is {quantity(period, 's')}.", escape, shown=title)
 

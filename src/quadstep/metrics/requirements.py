@@ -137,7 +137,7 @@ class JudgedShare(NamedTuple):
         if self.success.low >= self.least:
             failure = f"the estimate is not reliable: {self.doubt}"
         elif self.flights is not None and self.flights < needed:
-            failure += f"; {self.flights} flights cannot show more; {needed} could, if none fails"
+            failure += f"; so few flights cannot show more; {needed} could, if none fails"
         return Case(name, None if self.met else failure)
 
     def as_json(self) -> dict[str, object]:

@@ -131,11 +131,7 @@ def graded(metrics: Mapping[str, object]) -> Graded:
 
 
 def above(value: float, most: float) -> str:
-    """A number above another, to three digits, or as many more as show that it is.
-
-    >>> above(2.5049, 2.0), above(2.0031, 2.0)
-    ('2.5', '2.003')
-    """
+    """A number above another, to three digits, or as many more as show that it is."""
     texts = [f"{value:.{digits}g}" for digits in range(3, 15)]
     return next((text for text in texts if float(text) > (1.0 + 1e-9) * most), texts[0])
 

@@ -231,8 +231,6 @@ def in_one_unit(estimates: Sequence[tuple[float, float, float] | None], unit: st
 
     >>> in_one_unit([(0.2534, 0.246, 0.259), (4.4e-5, 4.2e-5, 4.7e-5), (2e-7, 1e-7, 3e-7), None], "m")
     ['253 [246, 259] mm', '0.044 [0.042, 0.047] mm', '0.20 [0.10, 0.30] µm', '–']
-    >>> in_one_unit([(30.0, math.nan, math.nan), (30.0, math.nan, math.nan), (3.6e-15, math.nan, math.nan)], "dB")
-    ['30.0 dB', '30.0 dB', '0 dB']
     """
     largest = max((abs(one[0]) for one in estimates if one and math.isfinite(one[0])), default=0.0)
     least = 1e-3 / (of_angle if unit in ANGLES else handy)(unit, largest)[1]

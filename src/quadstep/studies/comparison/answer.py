@@ -1,13 +1,13 @@
 """The answer of a comparison: who is shown to be best where, and by what number."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.report.units import listed, metric, percent
 from quadstep.studies.comparison.cells import Situation
-from quadstep.studies.comparison.entrants import Comparison, SituationResult
+from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.ranking import Pair
 from quadstep.studies.tuning.objective import NEGLIGIBLE
 
@@ -35,10 +35,11 @@ def answer(results: Comparison) -> str:
     """Who is best where that is shown; elsewhere who leads, and over whom that is not shown."""
     found = {situation: leading(results, situation) for situation in results.ranked}
     won = {where: best for where, (best, rivals) in found.items() if best and not rivals}
+    short = all(one.grade and one.grade.grade is not FlightGrade.AS_ASKED for one in results.results)  # none of an autopilot
     nobody = f"No {results.kind} flies as asked{' in any situation' * (len(found) > 1)}: "
     untuned = results.entrants and results.kind == "controller" and not any(one.trained for one in results.entrants)
     return (
-        (nobody if nobody_flies_as_asked(results.results) else "")
+        (nobody if short else "")
         + (named(results, found, won) if len(found) <= MOST_NAMED else numbered(results, list(won.values())))
         + (" No gains were tuned for this comparison." if untuned else "")
     )
@@ -159,11 +160,6 @@ def negligible(results: Comparison, situation: Situation, pair: Pair) -> bool:
     """Whether a pair is decided, but by flights that all complete and hardly differ."""
     lower = min(one.spreads[results.metric].median.value for one in results.of(situation) if one.controller in pair[:2])
     return pair.winner is not None and pair.lost == 0.0 and abs(pair.difference.value) < NEGLIGIBLE * lower
-
-
-def nobody_flies_as_asked(results: Iterable[SituationResult]) -> bool:
-    """Whether the median flight of every cell is known not to be as asked: those of an autopilot are not graded."""
-    return all(one.grade is not None and one.grade.grade is not FlightGrade.AS_ASKED for one in results)
 
 
 def several(names: Sequence[str]) -> str:

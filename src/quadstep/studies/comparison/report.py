@@ -133,9 +133,8 @@ def evidence(
     )
     others_same = "; everything else is the same for all" if results.kind == "controller" else ""
     differ = f"Other differences between the {results.kind}s{others_same}:"
-    sections.append(
-        TableSection(header=results.headed(tables.DIFFERS_HEADER), rows=tables.differing_rows(results), text=differ)
-    )
+    differing = [[*(part or words.NOTHING for part in (one.vehicle, one.name, *one.differs))] for one in results.entrants]
+    sections.append(TableSection(header=results.headed(tables.DIFFERS_HEADER), rows=differing, text=differ))
     for vehicle in figures:
         label = vehicle or "missions"
         sections.append(

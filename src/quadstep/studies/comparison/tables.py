@@ -88,9 +88,8 @@ def matrix(results: Comparison, vehicle: str) -> tuple[list[str], list[list[str]
     for situation in results.situations:
         if situation.vehicle == vehicle:
             there = {one.controller: short(results, one) for one in results.of(situation)}
-            rows.append(
-                [", ".join(filter(None, situation[1:])) or "the missions", *(there.get(name, NOTHING) for name in names)]
-            )
+            place = ", ".join(filter(None, situation[1:]))
+            rows.append([place or "the missions", *(there.get(name, NOTHING) for name in names)])
     return ["", *names], rows
 
 
@@ -140,20 +139,11 @@ def who_rows(results: Comparison) -> list[list[str]]:
     rows = []
     for one in results.entrants:
         trained, cost = one.trained, results.costs.get((one.vehicle, one.name))
-        tuned = [NOTHING] * 3
-        if trained:
-            tuned = [str(trained.tuned), str(trained.flights), f"{trained.flights / trained.tuned:.0f}"]
-        costs = [NOTHING] * 3
-        if cost:
-            instructions = NOTHING if cost.instructions is None else str(cost.instructions)
-            costs = [instructions, str(cost.memory), str(cost.numbers)]
-        rows.append([one.vehicle or NOTHING, one.name, one.origin, *tuned, *costs])
+        tuned = (trained.tuned, trained.flights, f"{trained.flights / trained.tuned:.0f}") if trained else (None,) * 3
+        costs = (cost.instructions, cost.memory, cost.numbers) if cost else (None,) * 3
+        known = (NOTHING if part is None else str(part) for part in (*tuned, *costs))
+        rows.append([one.vehicle or NOTHING, one.name, one.origin, *known])
     return rows
-
-
-def differing_rows(results: Comparison) -> list[list[str]]:
-    """What is not the same for all controllers beside their laws."""
-    return [[one.vehicle or NOTHING, one.name, *(part or NOTHING for part in one.differs)] for one in results.entrants]
 
 
 def margin_rows(results: Comparison) -> list[list[str]]:

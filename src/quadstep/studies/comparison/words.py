@@ -224,8 +224,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     for pair in ranked.pairs:
         other = pair.second if pair.first == best else pair.first
         if best in pair[:2] and other not in equal and not ranked.copies:
-            how = "not significantly better" if pair.winner is None else "significantly better"
-            how = "flight by flight worse" if pair.winner == other else how
+            how = {None: "not significantly better", best: "significantly better"}.get(pair.winner, "flight by flight worse")
             slight = f" (by less than {100.0 * NEGLIGIBLE:g} %)" if negligible(found, situation, pair) else ""
             others[how].append(f"{other}{slight}")
     for how, names in others.items():
@@ -263,12 +262,8 @@ def wins(results: Comparison) -> list[list[str]]:
     for one in results.controllers:
         row = [one]
         for other in results.controllers:
-            pairs = [
-                pair
-                for ranked in results.ranked.values()
-                for pair in ranked.pairs
-                if {pair.first, pair.second} == {one, other}
-            ]
+            every = (pair for ranked in results.ranked.values() for pair in ranked.pairs)
+            pairs = [pair for pair in every if {pair.first, pair.second} == {one, other}]
             better = sum(pair.winner == one for pair in pairs)
             worse = sum(pair.winner == other for pair in pairs)
             row.append(NOTHING if one == other or not pairs else f"{better} / {len(pairs) - better - worse} / {worse}")

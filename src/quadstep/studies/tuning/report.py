@@ -163,10 +163,8 @@ def move(one: Row, alone: bool) -> str:
     words, unit = units.metric(one.name)
     both = units.in_one_unit([(each.value, math.nan, math.nan) for each in (one.present, one.tuned)], unit)
     before, after = (each.replace("\N{NO-BREAK SPACE}", " ") for each in both)
-    if before == after:
-        return ""
-    mean = "" if alone else "mean "
-    return f" The {mean}{words} {'rises' if sign > 0 else 'falls'} from {before} to {after}."
+    said = f" The {'' if alone else 'mean '}{words} {'rises' if sign > 0 else 'falls'} from {before} to {after}."
+    return said if before != after else ""
 
 
 def listed(values: list[float]) -> str:
