@@ -330,14 +330,14 @@ def test_of_a_lesson_those_exercises_are_checked_that_the_mission_is_for(tmp_pat
 def test_what_of_a_lesson_is_not_checked_is_named(tmp_path):
     junit = tmp_path / "verdict.xml"
     run = quadstep("check", "6", mission_of("6.4", tmp_path, SOLUTIONS["6.4"]), "--junit", junit)
-    assert run.out.startswith("Skipped (they ask for a different mission): 6.5.\n6.4 solved")
+    assert run.out.startswith("Not counted (for a different mission): 6.5.\n6.4 solved")
     assert 'name="quadstep check: 6 (not counted: 6.5)"' in junit.read_text(encoding="utf-8")
 
 
 def test_a_lesson_is_solved_by_a_solution_of_one_of_two_exercises_that_the_mission_fits(tmp_path):
     run = quadstep("check", "4", mission_of("4.5", tmp_path, SOLUTIONS["4.5"]))
     assert run.code == 0
-    assert run.out.startswith("Not counted (they fit this mission, which does not solve them): 4.4.\n4.5 solved")
+    assert run.out.startswith("Not counted (for such a mission, but not solved): 4.4.\n4.5 solved")
     assert "NOT MET" not in run.out
     neither = quadstep("check", "4", mission_of("4.5", tmp_path, {"path.duration": 4.2}))
     assert neither.code == 4

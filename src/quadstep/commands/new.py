@@ -61,14 +61,12 @@ def check(
     found = check_tasks(asked, read_mission(mission))
     alike = [one for one in found if not one.strange]
     chosen = [one for one in alike if one.solved] or alike or found
-    others = [one.task.name for one in found if one.strange and one not in chosen]
-    unsolved = [one.task.name for one in alike if one not in chosen]
-    left = ", ".join((*others, *unsolved))
+    left = [one for one in found if one not in chosen]
+    others, unsolved = ([one.task.name for one in left if one.strange == strange] for strange in (True, False))
     if not delivery.as_json:
-        if others:
-            say(f"Skipped (they ask for a different mission): {', '.join(others)}.")
-        if unsolved:
-            say(f"Not counted (they fit this mission, which does not solve them): {', '.join(unsolved)}.")
+        for names, why in ((others, "for a different mission"), (unsolved, "for such a mission, but not solved")):
+            if names:
+                say(f"Not counted ({why}): {', '.join(names)}.")
         unlike = not alike and len(found) > 1
         if unlike:
             say(f"This is not a mission of lesson {lesson}: it fits none of its exercises.")
@@ -88,9 +86,9 @@ def check(
         "mission": str(mission),
         "exercises": [{"name": one.task.name, "solved": one.solved, "checked": not one.strange} for one in found],
     }
-    solved = all(one.solved for one in chosen)
-    verdict = Verdict("check", f"{lesson} (not counted: {left})" if left else lesson, cases, content, 0 if solved else UNMET)
-    delivery.deliver(verdict)
+    subject = f"{lesson} (not counted: {', '.join(one.task.name for one in left)})" if left else lesson
+    code = 0 if all(one.solved for one in chosen) else UNMET
+    delivery.deliver(Verdict("check", subject, cases, content, code))
 
 
 def fit(

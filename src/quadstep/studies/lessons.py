@@ -89,8 +89,7 @@ def tasks(lesson: str, source: Path = OWN) -> list[LessonTask]:
         graded = ", ".join(one.name for one in found if exercise.isdecimal() and one.name.startswith(f"{of}."))
         if graded:
             raise UserError(f"lesson {of} has no graded exercise {lesson:.20}, only {' and '.join(graded.rsplit(', ', 1))}")
-        whole = [one.name.partition(".")[0] for one in found]
-        known = listed(dict.fromkeys((*whole, *(one.name for one in found))))
+        known = listed(dict.fromkeys((*(one.name.partition(".")[0] for one in found), *(one.name for one in found))))
         raise UserError(f"unknown lesson or exercise {shorten(lesson)}; allowed: {known}")
     return chosen
 
@@ -132,8 +131,9 @@ def differing_keys(task: LessonTask, mission: Mission, content: object) -> tuple
             found.append(Case(key, wrong(key, shown(wanted), shown(value))))
     found += [Case(table, f"the mission has no [[{table}]] with {', '.join(keys)}") for table, keys in absent.items()]
     if task.own and not mission.controller.own:
-        law = shown(mission.controller.type)
-        found.append(Case("controller.type", wrong("controller.type", "a law of your own, FILE.py:NAME", law)))
+        found.append(
+            Case(key := "controller.type", wrong(key, "a law of your own, FILE.py:NAME", shown(mission.controller.type)))
+        )
     return tuple(found or changed_keys(task, mission))
 
 
@@ -173,8 +173,7 @@ def judge_flight(task: LessonTask, mission: Mission, content: object, measured: 
     else:
         cases = [Case("the flight completed", measured.lost and f"the flight should be completed, but {measured.lost}")]
     for word, limits in (("at most", task.most), ("at least", task.least)):
-        judged = [judge_limit(name, word, limit, mission, content, measured) for name, limit in limits.items()]
-        cases += [case for case in judged if case]
+        cases += filter(None, (judge_limit(name, word, limit, mission, content, measured) for name, limit in limits.items()))
     if task.grade and measured.grade:
         found = measured.grade
         poor = found.word not in (SOUND, task.grade)
@@ -183,11 +182,9 @@ def judge_flight(task: LessonTask, mission: Mission, content: object, measured: 
     return tuple(cases)
 
 
-def judge_limit(
-    name: str, word: str, limit: float, mission: Mission, content: object, measured: MeasuredMission
-) -> Case | None:
+def judge_limit(name: str, word: str, limit: float, mission: Mission, keys: object, measured: MeasuredMission) -> Case | None:
     """A key, all its entries, or a metric held against a limit. word: at most, at least. None: a metric of a lost flight."""
-    value = at(mission, content, name)
+    value = at(mission, keys, name)
     entries, of, what = value if isinstance(value, list) else [value], unit(mission, name), name
     if not all(isinstance(one, int | float) for one in entries):
         if measured.lost and name not in MARGINS:
