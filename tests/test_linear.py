@@ -369,7 +369,7 @@ def test_a_loop_that_bends_at_rest_has_the_worst_margins_of_its_sides():
             assert (one.phase, one.delay, one.gain_up) == pytest.approx((other.phase, other.delay, other.gain_up), rel=1e-3)
     said = sentences(around._replace(near=near.near, tried=near.tried))[-1]
     assert said.startswith("The loop has a kink near its rest")
-    assert said.endswith("4 states within 0.1 mm of it.")
+    assert said.endswith("4 at states within 0.1 mm of it.")
 
 
 def test_a_modal_sum_is_the_response_that_equations_are_solved_for(found):

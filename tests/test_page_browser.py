@@ -472,7 +472,7 @@ def test_divergence_is_told(open_page):
     assert page.evaluate("quadstep.outcome().ended") == pytest.approx(log.ended, abs=0.3)
     thrust = page.locator("#summary-figures div", has_text="Largest thrust").locator("dd").inner_text()
     promise = page.locator("#promise").inner_text()  # the conditions hold
-    assert f"at thrusts up to the {thrust} of this flight" in promise and "not that the flight stays bounded" in promise
+    assert f"at thrusts up to the {thrust} of this flight" in promise and "it does not bound the flight" in promise
     page.evaluate("quadstep.setControl('K_r1', [1.002, 1.002, 1.002])")  # enough for 13.4 N, at hover it is 9.81 N
     assert "holds at hover, but not at" in page.locator("#promise").inner_text()
     page.evaluate("quadstep.setControl('target', [0, 0, 1e6])")  # beyond what a flight may be off at its first sample

@@ -56,7 +56,7 @@ function promise({ conditions, measures: { thrust } }: Shown): string {
   if (!repaired || thrust === undefined) return "No contradiction: the conditions do not promise that the flight stays bounded.";
   const flown = quantity(thrust, "N");
   return repaired.left > thrust * thrust
-    ? `No contradiction: at thrusts up to the ${flown} of this flight, the repaired theorem says when L falls, not that the flight stays bounded.`
+    ? `No contradiction: at thrusts up to the ${flown} of this flight, the repaired theorem only says when L falls; it does not bound the flight.`
     : `No contradiction: the repaired theorem’s condition holds at hover, but not at the ${flown} that this flight reached.`;
 }
 

@@ -50,7 +50,7 @@ export class RatePanel {
     this.note.hidden = this.canvas.hidden = setting === undefined;
     if (!setting) {
       pool.fly(this.tally = undefined);
-      this.words.textContent = `The campaign itself sets ${rate.keys.join("; ")}. It is flown by the mission’s own controller: put these back to see its failure rate.`;
+      this.words.textContent = `The campaign ${rate.keys.length ? `varies ${rate.keys.join("; ")} itself and ` : ""}flies the mission’s controller; restore ${rate.keys.length ? "both" : "it"} to see the failure rate.`;
       return;
     }
     const own = this.own !== undefined && alike(setting.given, this.own);
@@ -93,7 +93,7 @@ export class RatePanel {
     const { tally, rate } = this;
     if (!tally || !rate) return;
     if (tally.flown) this.words.replaceChildren(...sentence(tally, rate), ...(this.before === tally ? [] : paired(tally, this.before)));
-    this.note.textContent = `${Object.keys(rate.failure).length ? "A flight fails if it is lost or leaves these bounds" : "A flight fails if it is lost"}. ${rate.keys.length ? `What varies from flight to flight: ${rate.keys.join("; ")}. ` : ""}${tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`}`;
+    this.note.textContent = `${Object.keys(rate.failure).length ? "A flight fails if it is lost or leaves these bounds" : "A flight fails if it is lost"}. ${rate.keys.length ? `Varied from flight to flight: ${rate.keys.join("; ")}. ` : ""}${tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`}`;
     this.histogram(tally, rate);
   }
 

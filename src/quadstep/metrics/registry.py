@@ -134,13 +134,12 @@ REPORTED = (
     LogMetric("position.{}.final", "error along an axis at the end", quantities.position_error, final),
     LogMetric(RMSE, DISTANCE, quantities.position_error, RmsLength.of),
     LogMetric(LARGEST, FARTHEST, quantities.position_error, LargestLength.of, (REAL, OTHER)),
-    LogMetric("relative_error", "position RMSE divided by that of a vehicle that stays at its start, or at the path's, or "
-           "by 30 m; for a point, RMSE of the second half divided by ten of the vehicle's "
-           "arms", quantities.error_against_path, rms_share),
+    LogMetric("relative_error", "position RMSE relative to the path's size (see Grades)",
+              quantities.error_against_path, rms_share),
     LogMetric("heading_error", "root mean square of the angle between yaw and the commanded "
                                "heading", quantities.heading_error, RmsLength.of),
-    LogMetric("error_growth", "factor by which the error grows at least over the last half, from the least ratio of "
-           "successive eighths, or at the end, from the largest of the first seven", quantities.error_over_time, late_growth),
+    LogMetric("error_growth", "growth of the error: steady growth or growth at the end, whichever is larger (see "
+           "Grades)", quantities.error_over_time, late_growth),
     LogMetric("rate_growth", "the same for the angular rates", quantities.rates_over_time, late_growth),
     LogMetric("measured_rmse", "distance between the measured position and the true "
                                "one", quantities.measuring_error, RmsLength.of),
@@ -154,8 +153,8 @@ REPORTED = (
     LogMetric("largest_tilt", "largest angle between thrust and vertical", quantities.tilt, Largest.of),
     LogMetric("overturned", "largest tilt after the vehicle was first within 90 degrees of "
                             "upright", quantities.tilt, overturned),
-    LogMetric("shaking", "root mean square of the swing of the thrust's axis about its mean over half a second, in the second "
-                         "half, beyond twice what the path asks for", quantities.swings, rms_beyond_twice),
+    LogMetric("shaking", "root mean square wobble of the thrust axis in the second half that the path does not explain (see "
+                         "Grades)", quantities.swings, rms_beyond_twice),
     LogMetric("{}.largest", "largest magnitude of an input", quantities.inputs, Largest.of),
     LogMetric("{}.total_variation", "total absolute change of an input from row to row", quantities.inputs, Variation.of),
     LogMetric("rotors.least", "smallest thrust of any rotor", quantities.rotors, least),
