@@ -87,8 +87,7 @@ def check(
         "exercises": [{"name": one.task.name, "solved": one.solved, "checked": not one.strange} for one in found],
     }
     subject = f"{lesson} (not counted: {', '.join(one.task.name for one in left)})" if left else lesson
-    code = 0 if all(one.solved for one in chosen) else UNMET
-    delivery.deliver(Verdict("check", subject, cases, content, code))
+    delivery.deliver(Verdict("check", subject, cases, content, 0 if all(one.solved for one in chosen) else UNMET))
 
 
 def fit(

@@ -131,9 +131,8 @@ def differing_keys(task: LessonTask, mission: Mission, content: object) -> tuple
             found.append(Case(key, wrong(key, shown(wanted), shown(value))))
     found += [Case(table, f"the mission has no [[{table}]] with {', '.join(keys)}") for table, keys in absent.items()]
     if task.own and not mission.controller.own:
-        found.append(
-            Case(key := "controller.type", wrong(key, "a law of your own, FILE.py:NAME", shown(mission.controller.type)))
-        )
+        law = shown(mission.controller.type)
+        found.append(Case("controller.type", wrong("controller.type", "a law of your own, FILE.py:NAME", law)))
     return tuple(found or changed_keys(task, mission))
 
 
