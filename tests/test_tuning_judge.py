@@ -1,5 +1,6 @@
 """The cost of flights, computed by hand."""
 
+import math
 import re
 
 import numpy as np
@@ -7,10 +8,11 @@ import pytest
 
 from quadstep.engines.scored import names_without_units
 from quadstep.interfaces.closed_loop import Outcome
+from quadstep.metrics.statistics import Estimate
 from quadstep.mission.check import check
 from quadstep.mission.tune import TuneSection
-from quadstep.studies.tuning.objective import CandidateFlights, Judge, compare
-from quadstep.studies.tuning.report import answer, measured_rows
+from quadstep.studies.tuning.objective import CandidateFlights, Judge, Row, compare
+from quadstep.studies.tuning.report import answer, measured_rows, move
 from tests.flights import METRICS
 
 GAINS = {"controller.K_r1": {"low": 1.0, "high": 2.0}}
@@ -198,3 +200,13 @@ def test_flights_that_are_all_lost_leave_no_numbers():
     assert found.verdict.startswith("The tuned gains are better")
     single = compare(judge(), flown([1.0]), flown([0.5]))
     assert single.verdict == "The tuned gains are better on the one flight that they were tuned on."
+
+
+def test_a_change_that_is_only_rounding_is_zero_and_one_that_no_digit_shows_is_not_told():
+    margin, rest = Estimate(30.0, math.nan, math.nan), Estimate(3.6e-15, math.nan, math.nan)
+    assert Row("gain_margin_up[dB]", margin, margin, rest).texts[1:] == ["30.0\u00a0dB", "30.0\u00a0dB", "0\u00a0dB"]
+    before, after, change = (Estimate(one, one, one) for one in (1.0011, 1.0044, 0.0033))
+    assert move(Row("position_rmse[m]", before, after, change), alone=True) == ""
+    assert " rises from 1.00 m to 1.02 m." in move(
+        Row("position_rmse[m]", before, Estimate(1.02, 1.0, 1.1), change), alone=True
+    )
