@@ -46,7 +46,7 @@ def identify(
     logs: LogsArgument,
     vehicle: Annotated[str, typer.Option(metavar="VEHICLE", help="Vehicle to start from: a preset's name, or a file (TOML).")],
     out: Annotated[Path, typer.Option(metavar="FILE", help="Where to write the vehicle.")] = Path("vehicle.toml"),
-    mass: Annotated[float | None, typer.Option(metavar="KG", help="Mass, if it differs from that of --vehicle.")] = None,
+    mass: Annotated[float | None, typer.Option(metavar="KG", help="Mass, if it differs from --vehicle's.")] = None,
     mapping: MappingOption = None,
     trust: Annotated[
         bool,

@@ -199,7 +199,7 @@ def serve_setpoints(
     connect: Annotated[
         str, typer.Option(metavar="ADDRESS", help="Vehicle address, in pymavlink's form, such as udpin:127.0.0.1:14540.")
     ] = "udpin:127.0.0.1:14540",
-    kind: Annotated[str, typer.Option(help="What each setpoint contains: position, attitude or rates.")] = "position",
+    kind: Annotated[str, typer.Option(help="Content of each setpoint: position, attitude or rates.")] = "position",
     rate: Annotated[float, typer.Option(metavar="HZ", help="Setpoints per second, 2 to 200.")] = 50.0,
     hold: Annotated[
         float, typer.Option(metavar="SECONDS", help="How long to keep sending the end point after the path is finished.")

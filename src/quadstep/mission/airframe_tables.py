@@ -25,7 +25,7 @@ from quadstep.vehicle.rotor import RotorParameters
 
 
 class MountSection(Section):
-    """Where a rotor sits, which way it pushes and turns."""
+    """Position, thrust direction and spin of a rotor."""
 
     position: Annotated[Triple, Quantity("m", "position in body axes")]
     axis: Annotated[Triple, Quantity("", "unit vector of its thrust")] = (0.0, 0.0, 1.0)
@@ -64,7 +64,7 @@ class RotorSection(Section):
 
 
 class DragSection(Section):
-    """What air does to the vehicle, against its speed through the air in body axes."""
+    """Aerodynamic forces and moments on the vehicle, from its airspeed in body axes."""
 
     parasitic: Annotated[NonNegativeTriple, Quantity("N s^2/m^2", "body drag per airspeed squared")] = (0.0, 0.0, 0.0)
     rotor: Annotated[NonNegativeTriple, Quantity("N s^2/(m rad)", "rotor drag per rotor speed and airspeed")] = (0.0, 0.0, 0.0)
@@ -81,7 +81,7 @@ class DragSection(Section):
 
 
 class BatterySection(Section):
-    """What drives the rotors. Without the effect `battery` it is not used."""
+    """The battery. It has no influence unless the effect `battery` is on."""
 
     full: Annotated[Positive, Quantity("V", "voltage when full")]
     empty: Annotated[Positive, Quantity("V", "voltage when empty")]
@@ -97,7 +97,7 @@ class BatterySection(Section):
 
 
 class EffectsSection(Section):
-    """Which effects act."""
+    """Optional effects to simulate."""
 
     battery: Annotated[bool, Quantity("", "voltage sag and discharge")] = False
     ground: Annotated[bool, Quantity("", "ground effect: extra lift near the ground")] = False
@@ -141,7 +141,7 @@ class PredictionSection(Section):
     force_fade: Annotated[Pair, Quantity("1/s", "its decay rate")]
     authority: Annotated[Pair, Quantity("", "share of the commanded torque that is trusted")] = (1.0, 1.0)
     leak: Annotated[Pair, Quantity("1/s", "feedback of the rates to zero")] = (0.0, 0.0)
-    spring: Annotated[Finite, Quantity("1/s^2", "feedback of the tilt to that of the setpoint")] = 0.0
+    spring: Annotated[Finite, Quantity("1/s^2", "feedback of the difference between tilt and setpoint tilt")] = 0.0
     path: Annotated[Finite, Quantity("1/s^2", "acceleration per metre of distance from the setpoint")] = 0.0
     drift: Annotated[Finite, Quantity("1/s", "acceleration against the velocity")] = 0.0
     delay: Annotated[NonNegative, Quantity("s", "delay of the commands, in addition to the rotor lag")] = 0.0

@@ -22,7 +22,7 @@ MOST_STEPS = 200_000_000
 class ClockSection(Section):
     """Clock of the flight; every `..._period` is a whole multiple of step."""
 
-    duration: Annotated[Positive | None, Quantity("s", "duration of the flight; default: that of the path")] = None
+    duration: Annotated[Positive | None, Quantity("s", "duration of the flight; default: the path's")] = None
     step: Annotated[Positive, Quantity("s", "integrator step (RK4); every period is a multiple of it")] = STEP
     log_period: Annotated[Positive, Quantity("s", "sampling period of the log")] = 0.01
     loop_periods: Annotated[

@@ -61,7 +61,7 @@ class VehicleSection(Section):
     gravity: Annotated[Positive, Quantity("m/s^2", "gravity g")] = 9.81
     kinematics: Annotated[
         Literal["standard", "printed", "rigid"],
-        Quantity("", "which T_eta: that of Newton-Euler, the paper's, or the one consistent with its thrust"),
+        Quantity("", "which T_eta: from Newton-Euler, from the paper, or consistent with the paper's thrust"),
     ] = "standard"
     rotors: RotorsSection = RotorsSection()
 

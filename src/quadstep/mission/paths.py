@@ -139,7 +139,7 @@ class StepPath(Section):
 
 
 class Columns(Section):
-    """Which columns of the recording hold what."""
+    """Names of the columns in the recording."""
 
     t: Annotated[str, Quantity("", "name of the time column")] = "t"
     x: Annotated[str, Quantity("", "name of the x column")] = "x"

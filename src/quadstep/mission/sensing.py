@@ -77,7 +77,7 @@ else:
 
 
 class SensorsSection(Section):
-    """What the controller measures, with what noise and latency. Without this table it knows the true state at once.
+    """The sensors, their noise and latency. Without this table the controller knows the true state without delay.
 
     A fix is a sample of position, velocity and attitude. Periods are multiples of simulation.step; latencies a whole number of
     samples of the IMU. Any controller can be given the predictor.

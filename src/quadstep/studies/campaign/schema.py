@@ -112,7 +112,7 @@ class CampaignFile(Section):
     correlated: Annotated[Several[CorrelatedKeys], Quantity("", "keys that vary jointly")] = ()
     failure: Annotated[
         dict[str, Positive],
-        Quantity("", "limits of metrics above which a flight counts as failed; one that ends early always does"),
+        Quantity("", "upper limits of metrics; a flight fails above any of them, or if it ends early"),
     ] = Field(default_factory=dict)
     rare: Annotated[RareSection, Quantity("", "settings of `--rare`")] = RareSection()
 

@@ -69,7 +69,7 @@ class PathEntry(Limited):
 class ScenarioEntry(Limited):
     """Conditions."""
 
-    mission: Annotated[Keys, Quantity("", "mission keys that override those of the path")] = Field(default_factory=dict)
+    mission: Annotated[Keys, Quantity("", "mission keys that override the path's")] = Field(default_factory=dict)
     vary: Varied = Field(default_factory=dict)
     correlated: Together = ()
     paths: Annotated[Names | None, Quantity("", "paths flown in it; default: all")] = None
