@@ -151,7 +151,7 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     whole = sum(done[key] for key in RAISED.values())
     assert shares == pytest.approx({said: done[key] / whole for said, key in RAISED.items()})
     assert f"Of what raised L, eps (which even ideal weights {SHARES[name]}" in answer(found)
-    assert ("What the proof needs beyond them does not: coupling condition" in answer(found)) == lost
+    assert ("Further conditions of the proof do not hold: coupling condition" in answer(found)) == lost
     cut = (
         f"The certificate ends at {found.until:.3g} s: from then on the law commands a thrust straight down, where phi_d jumps"
     )

@@ -246,7 +246,7 @@ def test_a_class_that_is_restarted_says_what_it_kept(room, tmp_path):
     text = "[controller]\nK_r1 = 6.0\n"
     flown(room, text)
     ada, other = Room(tmp_path / "class.toml", tmp_path / "out").members.values()
-    assert ada.message == "The class was restarted: your attempts were kept. What was still waiting has to be sent again."
+    assert ada.message == "The class was restarted: your attempts were kept. Please resend anything still waiting."
     assert (ada.text, ada.latest.number, ada.waits) == (text, 1, False)
     assert other.message == "Nothing of yours has been flown yet."
 

@@ -575,7 +575,7 @@ def test_of_two_in_other_wind_it_is_said(tmp_path):
         )  # fmt: skip
     text = answer(tmp_path, "/compare?a=a&b=b").text
     assert "With different wind (5\u00a0m/s and none) and events: “a” is 3.0 times closer to its path than “b”." in text
-    assert "What is 0 in both is left out." in text and "share of the time at a rotor" not in text
+    assert "Metrics that are 0 in both are omitted." in text and "share of the time at a rotor" not in text
     late = [{"mission": {"sensors": {"latency": one, "estimator": False}}} for one in (0.02, 0.12)]
     assert conditions(*late) == "With different sensor latency (0.0200\u00a0s and 0.120\u00a0s): "
     late[0]["mission"]["sensors"]["estimator"] = True

@@ -110,7 +110,7 @@ def certify(
 
 def verify(
     only: Annotated[str | None, typer.Option(metavar="ROW", help="One row, by number (1 to 75) or name (T_eta).")] = None,
-    every: Annotated[bool, typer.Option("--all", help="Print every row, not only those that fail.")] = False,
+    every: Annotated[bool, typer.Option("--all", help="Print every row, not only the failing ones.")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Check every equation of the paper against the code that flies; print a summary and the rows that fail.

@@ -85,7 +85,7 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
             body.append(markup.paragraph(f"They fly different {things}, so they are not overlaid."))
     body += [markup.heading("All numbers", "numbers")]
     body += [markup.table(header, rows, escape) if rows else markup.paragraph("Neither result has numbers to compare.")]
-    body += [markup.paragraph("What is 0 in both is left out.")] if len(keys) < len(every) else []
+    body += [markup.paragraph("Metrics that are 0 in both are omitted.")] if len(keys) < len(every) else []
     return markup.page_text(
         f"{names[0]} and {names[1]}", [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE
     )

@@ -228,7 +228,7 @@ METHOD = (
 
 
 SYMPTOMS = ("", "measured", "told from")
-ELSE = "What the log shows besides margins in the same stretch of flight. What it does not show is left out."
+ELSE = "Other findings from the same stretch of flight. Quantities that the log does not show are omitted."
 FILTERS = ("parameter", "cut-off [Hz]", "phase at the crossover [°]")
 COST = (
     "The phase that each low-pass takes from the open loop at the measured crossover, by the parameters in the log (negative: "

@@ -260,7 +260,7 @@ def restored(member: Member) -> Member:
             ) from None
     if member.attempts:
         member.text = member.attempts[-1].text
-        member.message = "The class was restarted: your attempts were kept. What was still waiting has to be sent again."
+        member.message = "The class was restarted: your attempts were kept. Please resend anything still waiting."
     return member
 
 

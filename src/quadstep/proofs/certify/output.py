@@ -81,7 +81,7 @@ def answer(c: FlightCertificate) -> str:
         return f"{ended}; the conditions of Theorem 5.1 do not hold. {rest}"
     if not found:
         return f"{ended} although the conditions of Theorem 5.1 hold, as printed and corrected. {rest}"
-    beyond = f"What the proof needs beyond them does not: {'; '.join(found)}"
+    beyond = f"Further conditions of the proof do not hold: {'; '.join(found)}"
     return f"{ended} although the printed conditions of Theorem 5.1 hold. {beyond}. {rest}"
 
 

@@ -328,7 +328,7 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
             *to_claims(claims),
             TableSection(text=SOURCES),
             markup.links([("page.html", "Fly these flights in your browser")]) if flying else "",
-            markup.heading("What the paper claims, and what was measured", "claims"),
+            markup.heading("The paper's claims and the measurements", "claims"),
             markup.table(("claim", "measured", "verdict"), judged, anchors=[*map(anchor, range(len(claims)))]),
             markup.disclosure("The paper's sentences, and all that was measured", in_full),
             markup.heading("The paper's other figures, flown again", "figures"),
