@@ -17,7 +17,7 @@ from quadstep.metrics.verdict import RULES, FlightGrade, graded
 from quadstep.mission.read import read_mission
 from quadstep.mission.schema import Mission
 from tests.commands import quadstep
-from tests.graded import FLIGHTS
+from tests.graded import CASE_1, FLIGHTS
 
 
 @pytest.mark.parametrize("name", FLIGHTS)
@@ -53,6 +53,17 @@ def test_a_vehicle_that_starts_upside_down_and_recovers_is_as_asked():
     metrics, _ = mission.flight_metrics(fly(mission.plan()))
     assert metrics["largest_tilt[rad]"] > 3.0
     assert graded(metrics).grade is FlightGrade.AS_ASKED
+
+
+@pytest.mark.parametrize(("more", "grows"), [(0.0, True), (5.0, False)])
+def test_a_flight_that_is_merely_cut_grows_towards_its_end_and_settles_if_it_goes_on(more, grows):
+    path = {**CASE_1, "duration": 4.0}
+    mission = Mission.model_validate({"name": "cut", "path": path, "simulation": {"duration": 4.0 + more}})
+    metrics, _ = mission.flight_metrics(fly(mission.plan()))
+    found = graded(metrics)
+    assert (found.labels, found.advice != "") == ((("rates grew at the end",), True) if grows else ((), False))
+    assert found.sentence.endswith("; limit 2). A longer flight would show whether it settles.") == grows
+    assert metrics["position"]["x"]["final[m]"] < 1e-3 or grows
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.metric)

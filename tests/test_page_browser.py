@@ -404,6 +404,20 @@ def test_slider_gives_the_very_bits_of_the_mission_with_that_number(open_page, p
     np.testing.assert_array_equal(rows(page), answer["values"])
 
 
+def test_a_typed_extreme_widens_the_range_only_while_it_flies(open_page, brief_file):
+    page = open_page(file=brief_file)
+    card = page.locator("#controls .control:has(input[aria-label^='K r1'])").first
+    ends, box = card.locator(".ends").first, card.locator("input[type=text]:visible").first
+    before, original = ends.inner_text(), box.input_value()
+    for extreme in ("1e99", "-3"):
+        box.fill(extreme)
+        box.press("Enter")
+        assert ends.inner_text() != before
+        box.fill(original)
+        box.press("Enter")
+        assert ends.inner_text() == before
+
+
 def test_typed_number_is_held_to_its_bounds_and_nonsense_is_left(open_page, brief_file):
     page = open_page(file=brief_file)
     box = page.locator("#controls input[type=text][aria-label^='K r1']:visible").first
@@ -430,7 +444,12 @@ def test_paper_shows_every_plot_and_nothing_to_press(open_page, brief_file):
     assert page.locator("#summary").is_visible() and page.locator("#story").is_visible()
     assert page.locator(".more").count() and not page.locator(".more").first.is_visible()  # what it would open is shown
     assert page.locator(".claim .facts").first.is_visible()
+    assert "Changed settings" not in page.locator("main").inner_text()
+    page.evaluate("quadstep.setControl('t_f', 6)")
+    said = r"Changed settings: t_f = 6\ss \(original: \d+\ss\)\. Link: .+\.html#flight=.+&set=t_f:6"
+    assert len(re.findall(said, page.locator("#summary").inner_text())) == 1
     page.emulate_media(media="screen")
+    assert "Changed settings" not in page.locator("main").inner_text()
     assert page.locator("#transport").is_visible() and until(page, lambda: theme.get_attribute("data-theme") == "dark")
 
 
@@ -481,6 +500,14 @@ def test_divergence_is_told(open_page):
     assert page.locator("#promise").inner_text().endswith("the conditions do not promise that the flight stays bounded.")
     page.click(".badge summary")
     assert "Reason:" in page.locator(".sheet").inner_text()
+    page.evaluate("quadstep.select('case1')")
+    for control, value in (("Lambda2", 0.5), ("K_r2", 6.0), ("disturbance", 0.0)):
+        page.evaluate("([control, value]) => quadstep.setControl(control, value)", [control, value])
+    assert (
+        page.locator("#conditions").inner_text()
+        == "Theorem 5.1: 6 of 6 gain conditions hold\nrepaired theorem at hover: 0 of 1"
+    )
+    assert page.locator("#promise").inner_text().endswith("that of the repaired theorem does not hold.")
 
 
 def test_keyboard(open_page, brief_file):

@@ -7,6 +7,7 @@ from quadstep.metrics.verdict import graded
 from quadstep.mission.schema import Mission
 from quadstep.page.build import missions_page
 from quadstep.page.flights import SUMMED_UP
+from quadstep.studies.flight_report import left_path
 from tests.graded import CASE_1, FLIGHTS
 from tests.needs import CHROMIUM, needs, package
 from tests.pages import flown
@@ -17,6 +18,9 @@ pytestmark = needs(CHROMIUM)
 MORE = {
     "rotors with limits": {"path": {**CASE_1, "duration": 3.0}, "vehicle": {"rotors": {"limits": [0.0, 2.7]}}},
     "lost": {"path": {**CASE_1, "duration": 2.0}, "controller": {"type": "backstepping", "K_r1": 30.0}},
+    "sinking": {"vehicle": {"preset": "x500"}, "controller": {"type": "rotation-backstepping"},
+        "path": {"type": "circle", "centre": [0.0, 0.0, 4.0], "radius": 3.0, "ramp": 1.0, "period": 9.0},
+        "simulation": {"duration": 9.0}, "events": [{"type": "rotor", "time": 2.0, "rotor": 1, "efficiency": 0.3}]},
     "scored late": {"vehicle": {"preset": "x500"}, "path": {"type": "circle", "radius": 2.0, "period": 3.0},
         "score_from": 2.0},
 }  # fmt: skip
@@ -40,7 +44,7 @@ def page_file(tmp_path_factory, logs):
 
 
 def test_page_and_python_measure_and_grade_alike(open_page, logs):
-    page, seen = open_page(), set()
+    page, seen, left = open_page(), set(), set()
     for name, (mission, log) in logs.items():
         metrics, _ = mission.flight_metrics(log)
         page.evaluate("id => quadstep.select(id)", name.replace(" ", "-"))
@@ -48,11 +52,13 @@ def test_page_and_python_measure_and_grade_alike(open_page, logs):
         assert outcome["live"], name
         wanted = graded(metrics)
         assert (outcome["grade"], tuple(outcome["reasons"])) == (wanted.grade.value, wanted.reasons), name
+        assert outcome["left"] == left_path(log, metrics), name
+        left |= {outcome["left"].partition(" z ")[0][-6:]}
         for measure, metric in SUMMED_UP.items():
             if metric in metrics:
                 assert summary[measure] == pytest.approx(metrics[metric], rel=1e-12, abs=1e-15), (name, measure)
         seen |= {outcome["grade"]}
-    assert seen == {"as asked", "flew, but", "lost"}
+    assert seen == {"as asked", "flew, but", "lost"} and {"", "ank to"} <= left
 
 
 def test_the_mark_of_a_flight_is_that_of_its_grade(open_page):

@@ -1,14 +1,20 @@
 """Guided walks: read from Markdown, checked against the page's content, refused in one line."""
 
+import math
+
 import numpy as np
 import pytest
 
+from quadstep.engines.fly import fly
+from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
+from quadstep.metrics.quantities import position_errors
+from quadstep.mission.read import read_mission
 from quadstep.page import build
 from quadstep.page.build import Walk, fly_missions, page_data
 from quadstep.page.laws import NEURONS, Laws
 from quadstep.page.story import OWN, read_story
-from quadstep.studies.paper.cases import main_cases
+from quadstep.studies.paper.cases import case_1, main_cases, stress
 from quadstep.studies.paper.page import stress_id
 from tests.commands import quadstep
 from tests.pages import FLIGHTS, STAND_IN, data_of, flown, fly_page, needs_node, write_page
@@ -157,6 +163,60 @@ def test_the_walk_that_ships_has_its_topics_and_its_flights():
     assert {"net", "weights", "attitude"} <= {step.settings.watch for step in story.steps}
     for step in story.steps:
         assert 2 <= sum(text.count(". ") + text.count("? ") + text.endswith((".", "?")) for text in step.text) <= 4
+
+
+def step_on(flight, moved):
+    """The first step of the walk that ships which moves this of this flight."""
+    steps = (one.settings for one in read_story(OWN).steps)
+    return next(one for one in steps if moved == one.move and flight in (one.flight, one.mission))
+
+
+def measured(mission):
+    log = fly(mission.plan())
+    return log, mission.flight_metrics(log)[0]
+
+
+def test_what_a_step_says_of_nets_is_what_flies():
+    step = step_on(stress_id(6.0, 1.0, True), "nets")
+    with_nets, without = (measured(stress(6.0, 1.0, enabled=nets))[1]["position_rmse[m]"] for nets in (True, False))
+    assert f"the position is {1e3 * with_nets:.0f} mm" in step.guess.ask
+    assert step.guess.answer == f"about {1e3 * without:.0f} mm"
+
+
+def test_the_lowest_gain_that_arrives_is_within_what_its_step_wants():
+    step = step_on("case1", "K_r2")
+    low, high = step.success["tilt"]
+    assert step.set == {"t_f": 6.0}
+
+    def tilt(gain):
+        controller = {"type": "backstepping", "K_r2": gain}
+        log, metrics = measured(case_1(duration=6.0, simulation={"duration": 6.0}, controller=controller))
+        return metrics["largest_tilt[rad]"] if log.outcome is Outcome.COMPLETED else math.inf
+
+    assert tilt(83.0) == math.inf and low < tilt(84.0) < high
+    assert low < tilt(86.0) < high and tilt(87.0) < low < math.radians(75.1)
+
+
+def test_what_a_step_says_of_wind_is_what_flies():
+    step = step_on("wind.toml", "wind")
+    mission = read_mission(OWN.parent / "wind.toml")
+    winds = [mission, mission.model_copy(update={"wind": mission.wind.model_copy(update={"mean": step.guess.show["wind"]})})]
+    weak, strong = (measured(one) for one in winds)
+    assert f"its RMSE is {weak[1]['position_rmse[m]']:.2f} m" in step.guess.ask
+    assert step.guess.answer.startswith(f"{strong[1]['position_rmse[m]']:.2f} m: less than twice")
+    for log, _ in (weak, strong):
+        t, off = log.column("t"), np.linalg.norm(position_errors(log), axis=1)
+        assert f"{np.sqrt(np.mean(off[t >= 5.0] ** 2)):.2f}" == "0.12" and t[off.argmax()] < 2.0
+
+
+@pytest.mark.parametrize(("left", "above"), [(0.46, True), (0.45, False)])
+def test_a_rotor_may_fail_as_far_as_its_step_wants(left, above):
+    mission = read_mission(OWN.parent / "rotor.toml")
+    (event,) = mission.events
+    log, metrics = measured(mission.model_copy(update={"events": (event.model_copy(update={"efficiency": left}),)}))
+    low, high = step_on("rotor.toml", "fault_1").success["largest"]
+    assert (low < metrics["largest_error[m]"] < high) == above == (log.column("z").min() > 0.0)
+    assert log.column("z_d").min() == high
 
 
 @needs_node

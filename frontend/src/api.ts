@@ -32,7 +32,7 @@ export function api(session: Session, clock: Clock, scene: () => SceneView | und
     outcome: () => {
       const { flight, ghost, live, took, graded, dragged, whole } = shown();
       const end = ghost ? { held: ghost.held, ended: ghost.ended, why: ghost.why } : null;
-      return { held: flight.held, ended: flight.ended, why: flight.why, grade: graded.grade, reasons: [...graded.reasons], ghost: end, live, took, dragged, whole: whole ?? null };
+      return { held: flight.held, ended: flight.ended, why: flight.why, grade: graded.grade, reasons: [...graded.reasons], left: graded.left, ghost: end, live, took, dragged, whole: whole ?? null };
     },
     /** RMSE and largest error [m], largest tilt [rad], share of the full thrust, largest thrust [N]. */
     summary: () => ({ ...shown().measures }),

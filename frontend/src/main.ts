@@ -85,10 +85,10 @@ function start(): void {
   let before = "";
   session.shown.follow((shown) => {
     if (!shown) return;
-    const { data, end, settings } = shown;
+    const { data, end, settings, flight, ghost } = shown;
     const another = before !== data.id;
-    clock.setEnd(end);
-    clock.slow = shown.flight.held ? undefined : { from: shown.flight.ended - 1, to: shown.flight.ended };
+    clock.setEnd(flight.held ? end : Math.max(flight.ended, ghost?.last ?? 0)); // plots go on a little after a loss
+    clock.slow = flight.held ? undefined : { from: flight.ended - 1, to: flight.ended };
     if (another) {
       if (opened && !opening) notice();
       board.window.reset();

@@ -92,7 +92,7 @@ export class Session {
       given,
       conditions: given ? judge(given) : [],
       measures,
-      graded: grade(flight.held, measures, this.page.rules),
+      graded: grade(flight, measures, this.page),
       asFiled,
       live: flown !== undefined,
       dragged,

@@ -12,6 +12,7 @@ export function badge(host: HTMLElement, shown: Shown): void {
   const broken = conditions.filter((judged) => !judged.holds);
   const theorem = counts(conditions);
   const mark = markOf(shown);
+  const covers = !theorem ? "" : shown.data.summary.limit !== null ? LIMITED : mark.kind === "bad" ? promise(shown) : "";
 
   const summary = h(
     "summary",
@@ -19,7 +20,7 @@ export function badge(host: HTMLElement, shown: Shown): void {
     h("span", { class: `mark ${mark.kind}`, "aria-hidden": "true" }, mark.glyph),
     h("span", { id: "outcome" }, outcome(shown)),
     theorem ? h("span", { id: "conditions", class: broken.length ? "bad" : "good" }, theorem) : null,
-    theorem && !broken.length && mark.kind === "bad" ? h("span", { id: "promise" }, promise(shown)) : null,
+    covers ? h("span", { id: "promise" }, covers) : null,
   );
   const details = h("details", { class: "badge" }, summary, h("div", { class: "sheet" }));
   const sheet = details.lastElementChild!;
@@ -50,9 +51,14 @@ export function badge(host: HTMLElement, shown: Shown): void {
   fill(host, details);
 }
 
+const LIMITED = "The theory of these conditions leaves out the limits of rotors, so it does not cover this vehicle.";
+
 /** Why a lost flight does not contradict the conditions that hold: what they promise (docs/theory.md, Theorem A, for the greatest thrust). */
 function promise({ conditions, measures: { thrust } }: Shown): string {
+  const broken = conditions.filter(({ holds }) => !holds);
   const repaired = conditions.find(({ condition }) => condition.source === "repaired theorem at hover");
+  if (repaired && broken.length === 1 && broken[0] === repaired) return "The gain conditions as printed are not enough: that of the repaired theorem does not hold.";
+  if (broken.length) return "";
   if (!repaired || thrust === undefined) return "No contradiction: the conditions do not promise that the flight stays bounded.";
   const flown = quantity(thrust, "N");
   return repaired.left > thrust * thrust

@@ -67,9 +67,11 @@ function sliderCard(control: Control, tell: Tell): Card {
   const several = control.components.length > 1;
   let values: number[] = control.components.map((component) => component.value);
   let split = false;
+  let dragged = false; // while it is, the range must not shrink below the finger
 
   const send = (wanted: number[], final: boolean): void => {
     values = wanted;
+    dragged = !final;
     tell(control, values, final);
     if (final) mark();
   };
@@ -117,8 +119,9 @@ function sliderCard(control: Control, tell: Tell): Card {
   });
   const refresh = (): void => {
     const equal = values.every((value) => value === values[0]);
-    const [min, max] = [Math.min(reach.min, ...values), Math.max(reach.max, ...values)];
-    if (min < reach.min || max > reach.max) reaches((reach = { ...reach, min, max }));
+    const from = dragged ? reach : control;
+    const [min, max] = [Math.min(from.min, ...values), Math.max(from.max, ...values)];
+    if (min !== reach.min || max !== reach.max) reaches((reach = { ...control, min, max }));
     if (several && !equal) split = true;
     layout();
     all.show(equal ? values[0]! : null, reach);

@@ -19,6 +19,8 @@ export interface PageData {
   readonly outcomes: readonly { name: string; text: string; ended: boolean; limit: Limit | null }[];
   /** What grades a flight, as quadstep/metrics/verdict.py says. */
   readonly rules: readonly Rule[];
+  /** What is said of a flight that left its path, and what follows where it sank: {} stands for lengths. */
+  readonly left: readonly [off: string, sank: string];
   readonly flights: readonly FlightData[];
   readonly claims: readonly Claim[];
   readonly story: StoryData | null;
@@ -31,13 +33,14 @@ export interface Limit {
   readonly factor: number;
 }
 
-/** A flight is as asked while the measure is at most `most`; label, text: what is said where it is not, {} for factor times the measure. */
+/** A flight is as asked while the measure is at most `most`; label, text: what is said where it is not, {} for factor times the measure; advice: follows all. */
 export interface Rule {
   readonly metric: MeasureName;
   readonly most: number;
   readonly label: string;
   readonly text: string;
   readonly factor: number;
+  readonly advice: string;
 }
 
 export type Grade = "as asked" | "flew, but" | "lost";
@@ -166,6 +169,8 @@ export interface SummaryData {
   readonly least: string | null;
   /** From the vehicle's centre to its farthest rotor [m]; 0: not known. */
   readonly arm: number;
+  /** How much of its path is flown, in a clause; "" for all of it. */
+  readonly cut: string;
   /** What Python measured of the file's flight, as far as it did. share: greatest part of the rotors' full thrust. */
   readonly filed: Readonly<Partial<Record<MeasureName, number>>>;
 }

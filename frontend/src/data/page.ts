@@ -18,6 +18,7 @@ const EMPTY: PageData = {
   tables: {},
   outcomes: [],
   rules: [],
+  left: ["", ""],
   flights: [],
   claims: [],
   story: null,

@@ -103,10 +103,10 @@ export class NetFoot {
     const bottom = height - 8;
     pen.textAlign = "left";
     pen.fillStyle = colours.blue;
-    pen.fillText(`weights: ${number(-this.most, 2)}`, LEFT, bottom);
+    pen.fillText(this.most > 0 ? `weights: ${number(-this.most, 2)}` : "all weights are 0", LEFT, bottom);
     pen.textAlign = "right";
     pen.fillStyle = colours.vermillion;
-    pen.fillText(`+${number(this.most, 2)}`, LEFT + step * net.neurons, bottom);
+    if (this.most > 0) pen.fillText(`+${number(this.most, 2)}`, LEFT + step * net.neurons, bottom);
     canvas.setAttribute("aria-label", `The ${net.neurons} neurons of the first net at ${this.time.toFixed(1)} s: activity and weights; the largest weight of the flight is ${number(this.most, 2)}`);
   }
 }

@@ -1,8 +1,9 @@
 // How good a flight was, by the rules that Python left in the page (src/quadstep/metrics/verdict.py).
 
-import type { Grade, Rule } from "../data/contract";
-import { short } from "../view/format";
-import type { Measures } from "./measure";
+import type { Grade, PageData } from "../data/contract";
+import type { Flight } from "../data/flight";
+import { quantity, short } from "../view/format";
+import { type Measures, greatest } from "./measure";
 
 export interface Graded {
   readonly grade: Grade;
@@ -10,6 +11,9 @@ export interface Graded {
   readonly reasons: readonly string[];
   /** The same in a word or two each. */
   readonly labels: readonly string[];
+  /** That it left its path, and what would tell more: sentences; "" where there is nothing to say. */
+  readonly left: string;
+  readonly advice: string;
 }
 
 export interface Mark {
@@ -28,14 +32,32 @@ export function markOf({ graded, whole }: { readonly graded: Graded; readonly wh
   return whole === undefined ? MARKS[graded.grade] : { glyph: "…", kind: "draft" };
 }
 
-export function grade(held: boolean, measures: Measures, rules: readonly Rule[]): Graded {
-  if (!held) return { grade: "lost", reasons: [], labels: [] };
+export function grade(flight: Flight, measures: Measures, { rules, left }: PageData): Graded {
+  if (!flight.held) return { grade: "lost", reasons: [], labels: [], left: "", advice: "" };
   const broken = rules.map((rule) => ({ ...rule, value: measures[rule.metric] ?? 0 })).filter(({ value, most }) => value > most);
   return {
     grade: broken.length ? "flew, but" : "as asked",
     reasons: broken.map(({ text, factor, value, most }) => text.replace("{}", above(factor * value, factor * most))),
     labels: broken.map(({ label }) => label),
+    left: broken.length ? leftPath(flight, measures.largest ?? 0, left) : "",
+    advice: broken.find(({ advice }) => advice)?.advice ?? "",
   };
+}
+
+/** See quadstep/studies/flight_report.py, left_path. */
+function leftPath(flight: Flight, largest: number, [off, sank]: PageData["left"]): string {
+  const axes = ["x", "y", "z"].filter((axis) => flight.has(axis, `${axis}_d`));
+  const [flown, wanted] = ["", "_d"].map((suffix) => axes.map((axis) => flight.column(`${axis}${suffix}`)!)) as [Float64Array[], Float64Array[]];
+  const size = Math.max(0, ...wanted.map((values) => greatest(values) - least(values)));
+  const begun = Math.hypot(...flown.map((values, i) => values[0]! - wanted[i]![0]!));
+  if (!size || largest <= Math.max(size, 1.01 * begun)) return "";
+  const z = axes.indexOf("z");
+  const low = z >= 0 && least(wanted[z]!) >= 0 ? least(flown[z]!) : 0;
+  return `${[largest, size].reduce((text, value) => text.replace("{}", quantity(value, "m")), off)}${low < 0 ? sank.replace("{}", quantity(low, "m")) : ""}.`;
+}
+
+function least(values: Float64Array): number {
+  return -greatest(values.map((value) => -value));
 }
 
 /** A number above another, to three digits, or as many more as show that it is. */

@@ -1,23 +1,27 @@
 // What this flight did, in four numbers and a sentence, with the file's numbers beside them.
 
 import { outcome } from "../controls/badge";
+import type { Control } from "../data/contract";
+import { write } from "../data/fragment";
+import { controllerOf, controlsOf, fresh, keyOf } from "../data/settings";
 import type { Session, Shown } from "../session";
 import { fill, h } from "../view/dom";
-import { join, number, quantity } from "../view/format";
-import { closed } from "../view/notation";
+import { join, number, plain, plainUnit, quantity } from "../view/format";
+import { closed, prose } from "../view/notation";
 import { markOf } from "./grade";
 import type { Measures } from "./measure";
 
 const QUIET = 700; // ms without a change before a screen reader is told
 
 export class SummaryStrip {
-  private readonly words = h("p", { id: "summary-words" });
+  private readonly words = h("div", { id: "summary-words" });
+  private readonly changed = h("p", { class: "on-paper" });
   private readonly figures = h("dl", { id: "summary-figures" });
   private readonly told = h("p", { class: "unseen", role: "status" });
   private waiting = 0;
 
   constructor(host: HTMLElement, session: Session) {
-    fill(host, this.words, this.figures, this.told);
+    fill(host, this.words, this.figures, this.changed, this.told);
     session.shown.watch((shown) => shown && this.show(shown, session.filed(shown)));
   }
 
@@ -30,7 +34,9 @@ export class SummaryStrip {
       return h("div", { title: hint }, h("dt", {}, label), h("dd", {}, text, beside));
     });
     fill(this.figures, ...cells);
-    this.words.textContent = besides(shown);
+    const said = besides(shown);
+    fill(this.words, said.length > 2 ? h("ul", {}, ...said.map((one) => h("li", {}, one))) : said.join(" "));
+    this.changed.textContent = changes(shown);
     this.words.className = markOf(shown).kind;
     clearTimeout(this.waiting);
     this.waiting = window.setTimeout(() => (this.told.textContent = spoken(shown)), QUIET);
@@ -63,17 +69,35 @@ function comparable({ flight, data, whole }: Shown): boolean {
 }
 
 /** What the badge leaves out: why it was lost or is not as asked, and what of the original flight is not beside it. */
-function besides(shown: Shown): string {
-  const { flight, data, graded, asFiled, whole } = shown;
-  if (whole !== undefined) return "While you drag, numbers and plots cover only this beginning.";
-  const why = flight.held ? graded.reasons.join(" and ") : `${flight.why || "it was lost"}${data.whyNot ? "" : "; the numbers stop there"}`;
-  const said = why && closed(`${why[0]!.toUpperCase()}${why.slice(1)}`);
-  if (asFiled || comparable(shown)) return said;
+function besides(shown: Shown): string[] {
+  const { flight, data, settings, graded, asFiled, whole } = shown;
+  if (whole !== undefined) return ["While you drag, numbers and plots cover only this beginning."];
+  const samePath = data.controls.every(({ id, group }) => group !== "Path" || !settings.values[id]);
+  const why = flight.held
+    ? [graded.left, ...graded.reasons, graded.advice, samePath ? data.summary.cut : ""]
+    : [`${flight.why || "it was lost"}${data.whyNot ? "" : "; the numbers stop there"}`];
   const original = data.outcome.grade === "lost" ? `was lost at ${data.outcome.ended.toFixed(2)} s` : `flew for ${number(data.outcome.ended, 3)} s`;
-  return `${said} The original ${original}.`.trim();
+  const compared = asFiled || comparable(shown) ? "" : `the original ${original}`;
+  return [...why, compared].filter(Boolean).map((one) => closed(`${one[0]!.toUpperCase()}${one.slice(1)}`));
+}
+
+/** For paper, which has no controls: what was changed, and the end of the link that flies it. */
+function changes({ data, settings, asFiled }: Shown): string {
+  if (asFiled) return "";
+  const controller = controllerOf(data, settings.controller);
+  const shown = (control: Control, values: readonly number[]): string => {
+    const texts = (values.every((value) => value === values[0]) ? values.slice(0, 1) : values).map(plain);
+    return join(control.kind === "toggle" ? (values[0] ? "on" : "off") : texts.join(", "), prose(plainUnit(control.unit)));
+  };
+  const changed = controlsOf(data, controller).flatMap(([control, owner]) => {
+    const values = settings.values[keyOf(control, owner)];
+    return values ? [`${control.id} = ${shown(control, values)} (original: ${shown(control, control.components.map(({ value }) => value))})`] : [];
+  });
+  const other = settings.controller === fresh(data).controller ? [] : [`controller: ${controller?.label ?? ""} (original: ${data.controllers[0]?.label ?? ""})`];
+  return `Changed settings: ${[...other, ...changed].join("; ")}. Link: ${location.pathname.split("/").pop()}${write(settings, data)}`;
 }
 
 function spoken(shown: Shown): string {
   const figures = entries(shown.measures).map(({ label, text }) => `${label} ${text}`);
-  return `${closed(outcome(shown))} ${besides(shown)} ${figures.join(", ")}.`;
+  return `${closed(outcome(shown))} ${besides(shown).join(" ")} ${figures.join(", ")}.`;
 }

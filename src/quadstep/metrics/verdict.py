@@ -7,7 +7,7 @@ the schemas in use (Ant's, and the xUnit plugin's for Jenkins).
 import platform
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from enum import StrEnum
 from typing import NamedTuple
@@ -68,7 +68,8 @@ class FlightGrade(StrEnum):
 class Rule(NamedTuple):
     """A flight is as asked while `metric`, as in metrics.json, is at most `most`.
 
-    label: what is wrong with one that is not. text: the same as a clause, `{}` being the metric times `factor`.
+    label: what is wrong with one that is not. text: the same as a clause, `{}` being the metric times `factor`. advice: a
+    sentence that follows all clauses.
     """
 
     metric: str
@@ -76,12 +77,16 @@ class Rule(NamedTuple):
     label: str
     text: str
     factor: float = 1.0
+    advice: str = ""
 
+
+LONGER = "A longer flight would show whether it settles."
+"""Of what a flight that was merely cut while it moved does, too."""
 
 HALF_TURN = 180.0 / 3.141592653589793
 
 RULES = (
-    Rule("relative_error", 0.1, "large error", "its error is large: {} % of the path's size (limit 10 %)",
+    Rule("relative_error", 0.1, "large error", "its error is large: {} % of the path’s size (limit 10 %)",
         100.0),
     Rule("heading_error[rad]", 0.5235987755982988, "off its heading", "its nose was {}° off its heading (limit 30°)",
         HALF_TURN),
@@ -89,20 +94,30 @@ RULES = (
     Rule("shaking[rad]", 0.08726646259971647, "shaking", "its thrust axis swung by {}° rms in its second half (limit 5°)",
         HALF_TURN),
     Rule("saturated_share", 0.1, "rotors saturated", "its rotors were saturated {} % of the time (limit 10 %)", 100.0),
-    Rule("error_growth", 2.0, "error still growing", "its error was still growing at the end (by a factor of {}; limit 2)"),
-    Rule("rate_growth", 2.0, "rates still growing", "its rates were still growing at the end (by a factor of {}; limit 2)"),
+    Rule("error_growth", 2.0, "error grew at the end", "its error grew towards the end (by a factor of {}; limit 2)",
+        advice=LONGER),
+    Rule("rate_growth", 2.0, "rates grew at the end", "its rates grew towards the end (by a factor of {}; limit 2)",
+        advice=LONGER),
 )  # fmt: skip
 """In the order in which they are said."""
 
 
+LEFT_PATH = (
+    "The vehicle did not keep its path: it was {} off a path that is {} across",
+    ", and it sank to z = {}, below z = 0",
+)
+"""What is said of a flight that left its path, and what follows where it sank."""
+
+
 class Graded(NamedTuple):
     """reasons: why it is not as asked, one clause each; empty for a flight that is, and for one that was lost. labels: the
-    same in a word or two.
+    same in a word or two. advice: what would tell more.
     """
 
     grade: FlightGrade
     reasons: tuple[str, ...] = ()
     labels: tuple[str, ...] = ()
+    advice: str = ""
 
     def as_json(self) -> dict[str, object]:
         return {"grade": self.grade.value, "grade_reasons": list(self.reasons)}
@@ -110,7 +125,7 @@ class Graded(NamedTuple):
     @property
     def sentence(self) -> str:
         """`Completed, but its nose was 45° off its heading (limit 30°).`; empty where a flight was as asked or lost."""
-        return f"Completed, but {', and '.join(self.reasons)}." if self.reasons else ""
+        return f"Completed, but {together(self.reasons)}. {self.advice}".strip() if self.reasons else ""
 
 
 def graded(metrics: Mapping[str, object]) -> Graded:
@@ -127,7 +142,18 @@ def graded(metrics: Mapping[str, object]) -> Graded:
     values = ((rule, measured.get(rule.metric)) for rule in RULES)
     broken = [(rule, value) for rule, value in values if value is not None and not value <= rule.most]
     reasons = tuple(rule.text.format(above(rule.factor * value, rule.factor * rule.most)) for rule, value in broken)
-    return Graded(FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED, reasons, tuple(rule.label for rule, _ in broken))
+    advice = next((rule.advice for rule, _ in broken if rule.advice), "")
+    grade = FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED
+    return Graded(grade, reasons, tuple(rule.label for rule, _ in broken), advice)
+
+
+def together(clauses: Sequence[str]) -> str:
+    """Clauses in one sentence.
+
+    >>> together(["a", "b", "c"])
+    'a, b, and c'
+    """
+    return ", ".join([*clauses[:-1], f"and {clauses[-1]}" if clauses[1:] else clauses[0]])
 
 
 def above(value: float, most: float) -> str:

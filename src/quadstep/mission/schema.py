@@ -26,7 +26,7 @@ from quadstep.interfaces.plant import Air, Plant, Reference
 from quadstep.io.errors import UserError
 from quadstep.io.user_code import defined_at
 from quadstep.metrics.registry import AT_REST, DELAYS, EFFORTS, LEAST_GAIN, LEAST_PHASE, Metrics
-from quadstep.metrics.verdict import graded
+from quadstep.metrics.verdict import graded, together
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, ModelledVehicle, with_usual_rates
 from quadstep.mission.fields import Name, NonNegative, Quantity, Section, plain, with_value
@@ -259,7 +259,7 @@ class Mission(Section, metaclass=MissionMeta):
             reasons = graded(self.flight_metrics(log)[0]).reasons
         except UserError as error:
             return f"the mission cannot be flown ({error})"
-        return f"in the mission's flight, {', and '.join(reasons)}" if reasons else ""
+        return f"in the mission's flight, {together(reasons)}" if reasons else ""
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
         return flight_jobs(log, self.name, self.plant.efforts)

@@ -18,6 +18,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
 from quadstep.metrics.registry import Metrics
+from quadstep.metrics.verdict import LEFT_PATH
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded
 from quadstep.page.flights import RECORDED_NUMBERS, ShownFlight, flight, outcomes, rules
@@ -74,6 +75,7 @@ def page_data(
         "tables": laws.tables,
         "outcomes": outcomes(),
         "rules": rules(),
+        "left": LEFT_PATH,
         "flights": [sharing.value(one) for one in shown],
         "story": sharing.value(story_view(walk.story, shown, walk.missions, laws)) if walk else None,
         "claims": sharing.value(list(claims)),

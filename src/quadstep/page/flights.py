@@ -195,8 +195,8 @@ def summary(flown: ShownFlight) -> Summary:
     numbers = dict(zip(leaf_names(flown.plan.parameters), flatten(flown.plan.parameters), strict=True)) if flown.plan else {}
     limit = next((name for name in LIMITS if name in numbers and numbers[name] < UNLIMITED), None)
     least = limit if limit is None else limit.replace(".maximum", ".minimum").replace(".most", ".least")
-    arm = flown.mission.arm if flown.mission else 0.0
-    return Summary(float(getattr(flown.mission, "scored_from", 0.0)), limit, least, arm, filed(flown.metrics))
+    arm, cut = (flown.mission.arm, flown.mission.cut) if flown.mission else (0.0, "")
+    return Summary(float(getattr(flown.mission, "scored_from", 0.0)), limit, least, arm, cut, filed(flown.metrics))
 
 
 def filed(metrics: Metrics) -> dict[str, float]:

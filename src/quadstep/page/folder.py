@@ -23,7 +23,7 @@ from quadstep.io import files
 from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
 from quadstep.metrics.registry import AT_REST, Metrics, at_rest
-from quadstep.metrics.verdict import FlightGrade
+from quadstep.metrics.verdict import FlightGrade, together
 from quadstep.mission.clock import MOST_ROWS
 from quadstep.mission.data_files import KEY as PARAMETERS
 from quadstep.mission.read import check_mission
@@ -167,7 +167,7 @@ def ending_text(content: dict[str, object]) -> str:
         known = outcome.upper() in Outcome.__members__
         return f"lost at {time:g} s: {REASONS[Outcome[outcome.upper()]] if known else outcome}"
     reasons = content.get("grade_reasons")
-    but = " and ".join(one for one in reasons if isinstance(one, str)) if isinstance(reasons, list) else ""
+    but = together([one for one in reasons if isinstance(one, str)]) if isinstance(reasons, list) and reasons else ""
     counted = f"; errors count from {since:g} s on" if (since := scored_from(content)) else ""
     return f"flew {time:g} s{f', but {but}' if but else ''}{loop(content)}{counted}"
 

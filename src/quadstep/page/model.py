@@ -145,14 +145,15 @@ class RecordedData(NamedTuple):
 
 class Summary(NamedTuple):
     """What the page sums up of a flight. since: errors count from this time on [s]. limit, least: the parameters that hold a
-    rotor's greatest and least thrust [N]. arm: as `Mission.arm`. filed: what Python measured of the file's flight, by the
-    front end's names.
+    rotor's greatest and least thrust [N]. arm, cut: as `Mission` has them. filed: what Python measured of the file's
+    flight, by the front end's names.
     """
 
     since: float
     limit: str | None
     least: str | None
     arm: float
+    cut: str
     filed: dict[str, float]
 
 

@@ -13,7 +13,7 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.off_command import off_command
 from quadstep.metrics.quantities import FAR, moves, position_axes, position_errors
 from quadstep.metrics.registry import Metrics, group, metric, rest_of
-from quadstep.metrics.verdict import FlightGrade, graded
+from quadstep.metrics.verdict import LEFT_PATH, FlightGrade, graded, together
 from quadstep.mission.listings import rounded, written
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
@@ -37,7 +37,7 @@ def write_report(
     """Write it beside the flight's other files. figures: their captions by path from there, without ending. why: it ended
     early, if known. ending: the state that ended it, as in metrics.json.
     """
-    grade, _, labels = graded(metrics)
+    grade, _, labels, _ = graded(metrics)
     near = grade is not FlightGrade.LOST and set(labels) <= {"large error"}  # what else goes wrong may explain it
     off = off_command(log, mission.controller.controller.off_command) if near and "position" in metrics else ""
     seen = [name for name in figures if Path(name).name == "attitude"]
@@ -90,9 +90,10 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -
     """How it went, in a sentence. counted: from when errors are, see `errors_since`; and how much is flown, see `cut`."""
     if log.outcome is not Outcome.COMPLETED:
         return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
-    off, but = metrics.get("position_rmse[m]"), " and ".join(graded(metrics).reasons)
+    off, found = metrics.get("position_rmse[m]"), graded(metrics)
     error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{counted}" if off is not None else ""
-    return f"The flight completed {log.ended:g} s{error}{f', but {but}' if but else ''}."
+    but = f", but {together(found.reasons)}" if found.reasons else ""
+    return f"The flight completed {log.ended:g} s{error}{but}. {found.advice}".strip()
 
 
 def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
@@ -116,9 +117,9 @@ def left_path(log: FlightLog, metrics: Metrics) -> str:
     if not size or largest <= max(size, 1.01 * begun):
         return ""
     low = float(log.column("z").min()) if {"z", "z_d"} <= log.columns.keys() and log.column("z_d").min() >= 0.0 else 0.0
-    sank = f", and it sank to z = {units.quantity(low, 'm')}, below z = 0" if low < 0.0 else ""
-    off = f"it was {units.quantity(largest, 'm')} off a path that is {units.quantity(size, 'm')} across"
-    return f"The vehicle did not keep its path: {off}{sank}."
+    off, sank = LEFT_PATH
+    said = off.format(units.quantity(largest, "m"), units.quantity(size, "m"))
+    return f"{said}{sank.format(units.quantity(low, 'm')) if low < 0.0 else ''}."
 
 
 KINDS = (
