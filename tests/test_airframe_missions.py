@@ -449,7 +449,7 @@ def test_vehicles_shows_a_file_of_ones_own(tmp_path):
     ("x50", None, ("'x50'", "did you mean x500? Allowed: crazyflie, hummingbird, paper, research-2.6kg, x500")),
     ("", None, ("is empty", "--help")),
     ("nowhere.toml", None, ("nowhere.toml", "file not found")),
-    ("own.toml", "mass = -1.0", ("own.toml", "mass", "greater than 0")),
+    ("own.toml", 'preset = "x500"\nmass = -1.0', ("own.toml", "mass", "greater than 0")),
     ("own.toml", "mass = = 1", ("own.toml", "not valid TOML")),
     ("own.toml", 'preset = "x500"\nmas = 1.0', ("own.toml", "mas", "unknown key", "mass")),
 ])  # fmt: skip

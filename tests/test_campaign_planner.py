@@ -319,7 +319,6 @@ REFUSED = {
     "a file that is not there": (SHORT + '[controller]\ntype = "backstepping"\n',
         '"controller.nets.weights" = {type="choice", values=["none.json"]}', "none.json"),
     "an event after the end": (EVENTS, '"events.1.time" = ' + U % (0.1, 0.9), "event"),
-    "not a number among numbers": (SHORT, '"vehicle.mass" = {type="grid", values=[1.0, nan]}', "vehicle.mass"),
     "text for a number": (SHORT, '"vehicle.mass" = {type="grid", values=[1.0, "heavy"]}', "vehicle.mass"),
 }  # fmt: skip
 

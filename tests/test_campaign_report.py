@@ -17,7 +17,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.mission.check import check
 from quadstep.mission.fields import words
-from quadstep.report import units
+from quadstep.report import canvas, units
 from quadstep.report.panel import Track
 from quadstep.studies.campaign import key_text, pictures, report, report_text
 from quadstep.studies.campaign.draws import draw
@@ -72,9 +72,10 @@ def reported(folder, vary, flights, outcome=None, metrics=None, head=""):
 def unflown(monkeypatch):
     """The worst flights are not flown again, and pictures are drawn as svg only: what a test does not look at, fast."""
     monkeypatch.setattr(report, "worst_section", lambda *_: [])
-    monkeypatch.setattr(
-        pictures, "write", lambda figure, path, sheet: path.with_name(f"{path.name}.svg").write_text("<svg></svg>")
-    )
+    for module in (canvas, pictures):
+        monkeypatch.setattr(
+            module, "write", lambda figure, path, sheet: path.with_name(f"{path.name}.svg").write_text("<svg></svg>")
+        )
 
 
 @pytest.fixture(scope="module")
@@ -416,7 +417,7 @@ def test_success_and_errors_by_key_are_those_of_the_flights():
 
 def test_the_curve_of_those_that_are_worse_counts_the_lost_as_worse(monkeypatch, tmp_path):
     figures = []
-    monkeypatch.setattr(pictures, "write", lambda figure, path, sheet: figures.append(figure))
+    monkeypatch.setattr(canvas, "write", lambda figure, path, sheet: figures.append(figure))
     values = np.random.default_rng(0).lognormal(size=900)
     pictures.draw_distributions(tmp_path / "x", [pictures.PlottedMetric("m", values, 1.0)], 1000)
     above, below = figures[0].axes

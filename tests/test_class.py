@@ -91,7 +91,10 @@ def test_a_student_is_told_what_was_wrong_with_a_flight_that_was_not_lost(room):
     assert flown(room, "[controller]\nK_r1 = 8.0\n").message == "Flown to its end, as asked."
     member = flown(room, "[controller]\nK_r1 = 0.3\n")
     reasons = json.loads((member.folder / f"{member.latest.number}" / MANIFEST).read_text())["grade_reasons"]
-    assert reasons and member.message == f"Completed, but {', and '.join(reasons)}."
+    assert (
+        reasons
+        and member.message == f"Completed, but {', and '.join(reasons)}. A longer flight would show whether it settles."
+    )
 
 
 def test_a_class_goes_on_where_a_student_s_folder_cannot_be_tidied(room):

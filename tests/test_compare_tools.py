@@ -7,6 +7,7 @@ import shutil
 import pytest
 
 from quadstep.export import arm
+from quadstep.studies.comparison.cost import counted
 from tests.commands import quadstep, write
 from tests.needs import CORTEX_M, needs
 
@@ -34,6 +35,7 @@ def programs(tmp_path, monkeypatch, studies_here):
     for tool in TOOLS:
         program(folder, tool, f'exec {shutil.which(tool)} "$@"')
     monkeypatch.setenv("PATH", str(folder))
+    monkeypatch.setattr("quadstep.studies.comparison.cost.counted", counted)  # each time
     return folder
 
 
