@@ -146,7 +146,9 @@ def test_a_margin_is_missed_by_the_loop_and_by_no_flight():
     assert table[0] == ["delay margin, at least 40.0 ms", "52.0 ms, met", "36.3 ms, not met", "−15.7 ms"]
     assert table[1][:2] == ["phase margin, at least 28.6°", "34.4°, met"]
     back = compare(asked, after, before)
-    assert back.missed == [] and "WORSE" in back.verdict
+    assert back.missed == ["largest error at most 600 mm in 0 [0, 3.6] % of 100 unseen flights, 100 % asked"]
+    assert measured_rows(back)[1][:2] == ["largest error at most 600 mm, in 100 % of the flights", "100 [96.4, 100] %, met"]
+    assert measured_rows(back)[1][2].endswith(", not met") and "WORSE" in back.verdict
     kept = compare(asked, before, having(0.05, 0.4))
     assert kept.missed == [] and answer(kept).startswith("The tuned gains are better on")
     none = compare(asked, before, having(0.0363, 1.0))

@@ -16,6 +16,9 @@ from quadstep.studies.campaign.varied import Bins
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
 """Names of the explained quantities."""
 
+NAMED = 3
+"""Most groups that a caption lists by name."""
+
 FIRST_ORDER = (
     "First-order index: the share of the variance that would vanish if the key were known. A key explains much if it has a "
     "large effect and was varied widely."
@@ -88,20 +91,28 @@ def keys(count: int, most: int) -> TableSection:
 
 
 def over_key(key: str, unit: str, bins: Bins, shown: ByKey) -> str:
-    """What to see of the flights over a key: in which group fewest succeed, and where the error is smallest and largest."""
+    """What to see of the flights over a key: in which groups fewest and most succeed, and where the error is extreme."""
 
     def group(place: int) -> str:
         if bins.edges is None:
             return f"with {key} = {bins.labels[place]}"
         return units.numerals(f"from {bins.edges[place]:.3g} to {bins.edges[place + 1]:.3g} {unit}".rstrip(" -"))
 
-    (first, worst), *others = sorted(shown.good.items(), key=lambda one: one[1].value)
+    def groups(some: list[int]) -> str:
+        return units.listed([*map(group, some)]) if len(some) <= NAMED else f"in {len(some)} groups"
+
+    (_, worst), *others = sorted(shown.good.items(), key=lambda one: one[1].value)
     said = f"{units.percent(worst.value)} of the flights succeed in every group."
     if others and others[-1][1].value > worst.value:
-        alike = 1 + sum(one.value == worst.value for _, one in others)
-        said = f"fewest flights succeed {group(first) if alike == 1 else f'in {alike} groups'}, {units.percent(worst.value)}; "
-        said += f"most elsewhere, {units.percent(others[-1][1].value)}"
+        best = others[-1][1].value
+        fewest, most_succeed = (
+            f"{groups([place for place, one in shown.good.items() if one.value == share])}, {units.percent(share)}"
+            for share in (worst.value, best)
+        )
         chance = worst.high >= max(one.low for _, one in others)
+        near = [place for place, one in shown.good.items() if one.low <= worst.high and worst.value < one.value < best]
+        also = f", and not significantly more {groups(near)}" if near and not chance else ""
+        said = f"fewest flights succeed {fewest}{also}; most {most_succeed}"
         said += ", which may be chance: the 95 % intervals overlap." if chance else "."
     if len(shown.errors) > 1:
         ends = [edge(shown.errors, key=lambda place: shown.errors[place][1]) for edge in (min, max)]

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -30,19 +31,22 @@ FEW_AGAIN = 0.1
 
 class Crude(NamedTuple):
     """Flights drawn as the campaign draws, and how many of them failed. rate: with its exact 99 % interval. kinds: of failure,
-    each of which has as large a part of the flights to itself, so that the rate is the sum of theirs.
+    how many flights were tested for it and how many of them failed so; the rate is the sum of theirs.
     """
 
     flights: int
     failures: int
     rate: Estimate
-    kinds: int = 1
+    kinds: Mapping[str, tuple[int, int]] = MappingProxyType({})
 
     @property
     def sentence(self) -> str:
-        each = f", each flight tested for one of {self.kinds} kinds of failure" if self.kinds > 1 else ""
+        said = f"{self.failures:,} of {self.flights:,} failed"
+        if len(self.kinds) > 1:
+            each = (f"{failed:,} of {flown:,} for '{kind}'" for kind, (flown, failed) in self.kinds.items())
+            said = f"each was tested for one kind of failure, and failed {units.listed([*each])}; these shares add up"
         return (
-            f"{self.failures:,} of {self.flights:,} failed{each}: a probability of {units.number(self.rate.value)}, "
+            f"{said}: a probability of {units.number(self.rate.value)}, "
             f"between {units.number(self.rate.low)} and {units.number(self.rate.high)} with {100 * (1 - DOUBT):g} % confidence"
         )
 
@@ -115,7 +119,7 @@ def crude_of(own: Sequence[FinishedPiece]) -> Crude:
     ends = [exact_share(failed, flown, tail) for flown, failed in rates.values()]
     rate = Estimate(*(min(1.0, sum(part)) for part in zip(*ends, strict=True)))
     flown, failed = (sum(part) for part in zip(*rates.values(), strict=True))
-    return Crude(flown, failed, rate, len(rates))
+    return Crude(flown, failed, rate, rates)
 
 
 def warnings(summary: RareSummary) -> list[str]:
@@ -155,7 +159,7 @@ def as_json(summary: RareSummary) -> dict[str, object]:
         "flights": summary.flights,
         "spread": summary.spread,
         "flights_one_by_one": summary.one_by_one,
-        "crude": {**summary.crude._asdict(), "rate": summary.crude.rate._asdict()},
+        "crude": {**summary.crude._asdict(), "kinds": dict(summary.crude.kinds), "rate": summary.crude.rate._asdict()},
         "opinions": summary.opinions,
         "nearest_failure": summary.nearest.model_dump() if summary.nearest else None,
         "fail_again_with_other_noise": summary.again,

@@ -158,7 +158,8 @@ class Row(NamedTuple):
 
 class Compared(NamedTuple):
     """success: share of flights that completed and kept the constraints of flights. objective, rows: of it, and of metrics.
-    limits: of margins, by their names with units. missed: those that the tuned gains miss, in words.
+    limits: of margins, by their names with units. missed: constraints that the tuned gains miss, in words. kept: the share of
+    all flights that keep each constraint of flights, by its words: with both gains, their difference, and what is asked.
     """
 
     flights: int
@@ -170,6 +171,7 @@ class Compared(NamedTuple):
     better: bool
     limits: Mapping[str, Constraint]
     missed: list[str]
+    kept: Mapping[str, tuple[Estimate, Estimate, Estimate, float]]
 
 
 BETTER = "The tuned gains are better{where}."
@@ -184,10 +186,7 @@ NEGLIGIBLE = 1e-3
 def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, changed: bool = True) -> Compared:
     """The comparison. changed: whether the gains differ at all."""
     count = len(present.ended)
-    good = [judge.within(flown) for flown in (present, tuned)]
-    shares = tuple(share(int(one.sum()), count) for one in good)
-    gained, lost = int((good[1] & ~good[0]).sum()), int((good[0] & ~good[1]).sum())
-    success = share_difference(gained, lost, count)
+    *shares, success = shares_of(*(judge.within(flown) for flown in (present, tuned)))
     both = present.completed & tuned.completed
     costs = [judge.costs(flown) for flown in (present, tuned)]
     kind = judge.section.aggregate
@@ -200,8 +199,26 @@ def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, ch
     limits = {present.names[name]: one for name, one in wanted.items() if name in MARGINS}
     values = {row.name: row.tuned.value for row in reported if row.tuned and row.name in limits}
     missed = [said for name, value in values.items() if (said := shortfall(name, value, limits[name]))]
+    kept = {}
+    for name, limit in judge.section.of_flights.items():
+        found = shares_of(*(flown.completed & limit.keeps(flown.metric(name)) for flown in (present, tuned)))
+        words, unit = units.metric(present.names[name])
+        (asked,) = units.in_one_unit([(limit.value, math.nan, math.nan)], unit)
+        what = f"{words} at {'least' if limit.most is None else 'most'} {asked}".replace("\N{NO-BREAK SPACE}", " ")
+        kept[what] = (*found, limit.share)
+        if found[1].value < limit.share and count > 1:  # a flight alone is that used for tuning
+            missed.append(
+                f"{what} in {units.percent(*found[1])} of {count} unseen flights, {units.percent(limit.share)} asked"
+            )
     said = (FLY_BETTER if better and missed else verdict).format(where=where)
-    return Compared(count, (shares[0], shares[1]), success, objective, reported, said, better, limits, missed)
+    return Compared(count, (shares[0], shares[1]), success, objective, reported, said, better, limits, missed, kept)
+
+
+def shares_of(before: NDArray[np.bool_], after: NDArray[np.bool_]) -> tuple[Estimate, Estimate, Estimate]:
+    """The shares of the same flights that are good before and after, and what the second is above the first."""
+    gained, lost = int((after & ~before).sum()), int((before & ~after).sum())
+    first, second = (share(int(one.sum()), len(one)) for one in (before, after))
+    return first, second, share_difference(gained, lost, len(before))
 
 
 def shortfall(name: str, value: float, limit: Constraint) -> str:

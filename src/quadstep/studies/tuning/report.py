@@ -1,13 +1,14 @@
 """report.html of a tuning run, and its picture: the objective and the gains of every candidate over the flights."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from quadstep.linear.grade import UNKNOWN, UNSTABLE, WORST_FIRST
+from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import Case
 from quadstep.mission.fields import label
 from quadstep.mission.tune import Constraint
@@ -34,6 +35,7 @@ def evidence(
     """
     before, after = result.present.judged.objective, result.best.judged.objective
     gains, measured, many = gain_rows(request, result), measured_rows(compared), compared.flights > 1
+    success = f"A flight succeeds if it completes{' and keeps every constraint on flights' if compared.kept else ''}."
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
     both = f"{flights}, the same for both; 95 % intervals. Differences are paired by flight."
     alone = "Nothing is random in this mission, so there is one flight with each set of gains."
@@ -57,7 +59,13 @@ def evidence(
         ],
         sections=[
             TableSection("The gains", "gains", ("gain", *HEADER[1:3], ""), gains, set_as=units.rich),
-            TableSection("On unseen flights" if many else "Both flights", "unseen", HEADER, measured, both if many else alone),
+            TableSection(
+                "On unseen flights" if many else "Both flights",
+                "unseen",
+                HEADER,
+                measured,
+                f"{both if many else alone} {success}",
+            ),
             TableSection("The search", "search", text=search),
         ],
         paper=booktabs(
@@ -89,9 +97,10 @@ def broken(request: TuningRequest, result: SearchResult, compared: Compared) -> 
     if excess > 0.0:
         names = [name.replace("_", " ").replace("rmse", "RMSE") for name in request.section.of_flights]
         summed = f"by {units.percent(excess)} of {'the limit' if len(names) == 1 else 'their limits, summed'}"
-        missed.append(f"{' or '.join(names)} {summed}, in tuning")
-    count = units.counted(len(missed), "constraint") if len(request.section.of_flights) < 2 else "constraints"
-    return f"The best gains found miss {count}: {'; '.join(missed)}.".replace("\N{NO-BREAK SPACE}", " ")
+        where = f" in the {request.seeds} flights used for tuning" if compared.flights > 1 else ""
+        missed.append(f"{' or '.join(names)} {summed}{where}")
+    said = f"The best gains found do not keep every constraint: {'; '.join(missed)}."
+    return said.replace("\N{NO-BREAK SPACE}", " ")
 
 
 def gain_rows(request: TuningRequest, result: SearchResult) -> list[tuple[str, ...]]:
@@ -107,7 +116,13 @@ def gain_rows(request: TuningRequest, result: SearchResult) -> list[tuple[str, .
 def measured_rows(compared: Compared) -> list[list[str]]:
     """Success, the objective and the metrics, with each set of gains."""
     rows = [with_limit(one, compared.limits[one.name]) if one.name in compared.limits else one.texts for one in compared.rows]
-    return [shares(compared), compared.objective.texts, *rows]
+    alone = compared.flights == 1
+    kept = [
+        shares(f"{what}{f', in {units.percent(asked)} of the flights' * (not alone)}", alone, found, asked)
+        for what, (*found, asked) in compared.kept.items()
+    ]
+    success = shares("succeed", alone, [*compared.success, compared.success_difference])
+    return [success, *kept, compared.objective.texts, *rows]
 
 
 def with_limit(row: Row, limit: Constraint) -> list[str]:
@@ -187,12 +202,12 @@ def facts(compared: Compared) -> list[markup.Fact]:
     return found
 
 
-def shares(compared: Compared) -> list[str]:
-    return [
-        "succeed",
-        *(units.percent(*(one if compared.flights > 1 else one[:1])) for one in compared.success),
-        f"{100.0 * compared.success_difference.value:+.3g} points".replace("-", "−"),
-    ]
+def shares(words: str, alone: bool, found: Sequence[Estimate], asked: float = math.nan) -> list[str]:
+    """A row of shares of flights with present and tuned gains, whether they are as large as asked, and the difference."""
+    cells = [units.percent(*(one[:1] if alone else one)) for one in found[:2]]
+    if not math.isnan(asked):
+        cells = [f"{cell}, {'met' if one.value >= asked else 'not met'}" for cell, one in zip(cells, found, strict=False)]
+    return [words, *cells, f"{100.0 * found[2].value:+.3g} points".replace("-", "−")]
 
 
 def draw_search(path: Path, request: TuningRequest, result: SearchResult, sheet: Sheet) -> None:
