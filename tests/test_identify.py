@@ -424,6 +424,7 @@ def test_a_log_that_contradicts_its_mapping_is_not_fitted(tmp_path, flights):
     run = identified(tmp_path)
     assert run.refused
     assert "rates: x: radians where degrees are expected" in run.err
+    assert "--trust-mapping skips these checks" in run.err
     assert not (tmp_path / "v.toml").exists()
 
 

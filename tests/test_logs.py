@@ -80,6 +80,35 @@ def test_what_contradicts_a_mapping_is_named(folder, change, said):
     assert any(one.startswith(said) for one in judged(folder, MAPPING.replace(*change)))
 
 
+def swapped(flight, name, order):
+    values = flight.motors if name == "motors" else flight.channels[name]
+    moved = values[:, order]
+    return (
+        dataclasses.replace(flight, motors=moved)
+        if name == "motors"
+        else dataclasses.replace(flight, channels={**flight.channels, name: moved})
+    )
+
+
+WRONG = [
+    ("rates", [1, 0, 2]),
+    ("rates", [0, 2, 1]),
+    ("velocity", [1, 0, 2]),
+    ("motors", [0, 3, 2, 1]),
+    ("motors", [2, 3, 0, 1]),
+]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_calm_flights_with_a_right_mapping_are_accepted_and_with_a_wrong_one_refused(seed):
+    geometry = start().geometry()
+    flights = [dataclasses.replace(one, motors=one.motors / 1.5) for one in logged(seed)]
+    assert [one.text for flight in flights for one in judge(flight, geometry) if one.wrong] == []
+    for name, order in WRONG if seed < 5 else WRONG[seed % 5 :][:1]:
+        found = [one.text for flight in flights for one in judge(swapped(flight, name, order), geometry) if one.wrong]
+        assert any(one.startswith(f"{name}: ") for one in found), (name, order)
+
+
 BARE = MAPPING.replace('rates = { columns = ["p", "q", "r"], unit = "rad/s" }\n', "").replace(
     'velocity = { columns = ["vx", "vy", "vz"], unit = "m/s" }\n', ""
 )

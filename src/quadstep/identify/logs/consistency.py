@@ -33,6 +33,9 @@ MARGIN = 12
 AGAINST = -0.5
 """Correlation of torque and angular acceleration below which motors are in another order or turn the other way."""
 
+SLOW = 0.3
+"""Span of the moving averages [s] that are taken off both first."""
+
 FEWEST = 200
 """Fewest rows for evidence."""
 
@@ -66,13 +69,9 @@ def unit_of(slope: float) -> str:
     for factor, meaning in FACTORS.items():
         if 0.6 < size / factor < 1.6:
             return meaning
-    return (
-        ""
-        if 0.5 < size < 2.0
-        else f"{size:.3g} times too large"
-        if size > 1.0
-        else f"{1.0 / max(size, 1e-9):.3g} times too small"
-    )
+    if 0.5 < size < 2.0:
+        return ""
+    return f"{size:.3g} times too large" if size > 1.0 else f"{1.0 / max(size, 1e-9):.3g} times too small"
 
 
 def against(name: str, other: str, x: Floats, y: Floats, where: Flags, least: float) -> list[Finding]:
@@ -84,7 +83,8 @@ def against(name: str, other: str, x: Floats, y: Floats, where: Flags, least: fl
         if max(x[where, one.axis].std(), y[where, place].std()) < least or one.best_share < CLEAR:
             continue
         axis = AXES[place]
-        if one.axis != place and one.best_share > 2.0 * one.share + 0.2:
+        alike = one.best_share > MOSTLY or not unit_of(one.best / math.sqrt(one.best_share))  # a swap has the axis's own slope
+        if one.axis != place and one.best_share > 2.0 * one.share + 0.2 and alike:
             evidence = f"slope {one.best:.2f}, {100 * one.best_share:.0f} % explained"
             text = f"{name}: {axis} goes with {AXES[one.axis]} of {other} ({evidence})"
             found.append(Finding(True, text))
@@ -202,20 +202,21 @@ def check_motors(flight: FlightRecord, sure: Flags, geometry: Geometry | None) -
         return found
     rows = np.array([list(row) for row in mixing(geometry, 0.006)])
     squares = flight.motors**2
-    torques = smooth(squares @ rows[1:3].T, flight.period, 0.03)
-    rates = smooth(filled(flight.channel("rates"))[:, :2], flight.period, 0.03)
+    # slow torques only hold the vehicle against drag and an off-centre weight; what varies fast turns it
+    torques, rates = (
+        (fine := smooth(values, flight.period, 0.03)) - smooth(fine, flight.period, SLOW)
+        for values in (squares @ rows[1:3].T, filled(flight.channel("rates"))[:, :2])
+    )
     gains = np.gradient(rates, flight.time, axis=0)
     seen = finite(sure, flight.channel("rates"))
     if seen.sum() < FEWEST:
         return found
-    for place in (0, 1):
-        scores = [correlation(torques[:, place], np.roll(gains[:, place], -shift), seen) for shift in range(12)]
-        best = scores[int(np.argmax(np.abs(scores)))]
-        cross = max(
-            (correlation(torques[:, place], np.roll(gains[:, 1 - place], -shift), seen) for shift in range(12)), key=abs
+    for place, name in enumerate(("roll", "pitch")):
+        best, cross = (
+            max((correlation(torques[:, place], np.roll(gains[:, axis], -shift), seen) for shift in range(12)), key=abs)
+            for axis in (place, 1 - place)
         )
-        name = ("roll", "pitch")[place]
-        if abs(cross) > abs(best) + 0.2:
+        if abs(cross) > max(abs(best) + 0.2, -AGAINST):
             found.append(
                 Finding(True, f"motors: their {name} torque turns the other axis (correlation {cross:.2f} against {best:.2f})")
             )

@@ -39,7 +39,7 @@ def refuse(flight: FlightRecord, findings: list[Finding]) -> None:
     """Raises UserError with everything that contradicts the mapping."""
     wrong = [one.text for one in findings if one.wrong]
     if wrong:
-        raise UserError(f"{flight.name}: {'; '.join(wrong)}")
+        raise UserError(f"{flight.name}: {'; '.join(wrong)}; --trust-mapping skips these checks")
 
 
 def never_flew(flight: FlightRecord) -> str:
