@@ -52,6 +52,16 @@ def test_attitude_errors_by_angle():
     assert attitude["final[rad]"] == pytest.approx(0.4)
 
 
+def test_errors_of_angles_are_the_shorter_way_round():
+    attitude = flight_metrics(log_of(3, phi=[-3.0, 6.2, 0.1], phi_d=[3.0, 0.0, 0.3]))["attitude"]["phi"]
+    shorter = [2.0 * math.pi - 6.0, 2.0 * math.pi - 6.2, 0.2]
+    assert attitude["rmse[rad]"] == pytest.approx(math.sqrt(sum(one**2 for one in shorter) / 3))
+    assert attitude["largest[rad]"] == pytest.approx(shorter[0])
+    assert flight_metrics(log_of(2, phi=[0.5, 2.0 * math.pi], phi_d=[0.0, 0.0]))["attitude"]["phi"]["angle_settling[s]"] == 1.0
+    wanted, flown = np.random.default_rng(1).uniform(-1.5, 1.5, (2, 100))
+    assert np.array_equal(attitude_errors(log_of(100, phi_d=wanted, phi=flown))[:, 2], wanted - flown)  # of bits as they were
+
+
 SETTLING = {
     "at once": ([0.0, 0.004, -0.005, 0.001], 0.0),
     "later": ([0.1, -0.02, 0.004, 0.0], 2.0),

@@ -11,7 +11,7 @@ from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing
 from quadstep.report.figures import draw
 from quadstep.report.panel import Panel
-from quadstep.report.panels import flight_jobs, jobs_to_draw, labels_of, other_panels
+from quadstep.report.panels import attitude_panels, flight_jobs, jobs_to_draw, labels_of, of_attitude, other_panels
 from quadstep.report.sheet import Sheet, sheet
 
 PAPER = {"path": {"type": "minimum-jerk", "end": [0.1, 0.0, 0.1], "duration": 0.5}}
@@ -22,6 +22,17 @@ NO_NETS = {"controller": {"type": "backstepping", "nets": {"enabled": False}}}
 WIND = {"wind": {"mean": [1.0, 0.0, 0.0]}}
 GUST = {"wind": {"mean": [1.0, 0.0, 0.0], "gust": {"velocity": [0.0, 1.0, 0.0], "start": 0.1, "length": 0.2}}}
 BATTERY = {"vehicle": {"preset": "crazyflie", "effects": {"battery": True}}}
+
+
+def test_a_command_is_drawn_and_compared_the_shorter_way_round():
+    columns = {"t": "s"} | {f"{angle}{end}": "rad" for angle in ("roll", "pitch", "yaw") for end in ("", "_d")}
+    rows = np.zeros((4, 7))
+    rows[:, 0], rows[:, 5], rows[:, 6] = [0, 1, 2, 3], [3.0, 3.2, 3.4, 3.6], [-3.2, -3.1, -2.9, -2.7]
+    log = FlightLog(columns, rows, Outcome.COMPLETED, 3.0, None)
+    panels = attitude_panels(log)
+    drawn = next(panel.lines["yaw_d"] for panel in panels if panel.label == "yaw")
+    assert drawn == pytest.approx(rows[:, 6] + 2.0 * np.pi)
+    assert of_attitude(log, panels).startswith("Farthest from the law's command: yaw, by 4.77° at 0 s; ")
 
 
 @pytest.mark.parametrize(("content", "labels"), [

@@ -56,9 +56,16 @@ def position_errors(log: FlightLog) -> Numbers:
     return log.table(*(f"{axis}_d" for axis in axes)) - log.table(*axes)
 
 
+def shorter_way(turned: Numbers) -> Numbers:
+    """Differences of angles [rad], any shape, less whole turns: unchanged where they are at most half a turn either way."""
+    return turned - 2.0 * np.pi * np.floor(turned / (2.0 * np.pi) + 0.5)
+
+
 def attitude_errors(log: FlightLog) -> Numbers:
-    """(psi_d, theta_d, phi_d) - (psi, theta, phi) at each sample, shape (samples, 3) [rad]; theta_d, phi_d unfiltered."""
-    return log.table("psi_d", "theta_d", "phi_d") - log.table(*ANGLES)
+    """(psi_d, theta_d, phi_d) - (psi, theta, phi) at each sample, the shorter way round, shape (samples, 3) [rad]; theta_d and
+    phi_d unfiltered.
+    """
+    return shorter_way(log.table("psi_d", "theta_d", "phi_d") - log.table(*ANGLES))
 
 
 def rotor_columns(columns: Mapping[str, str]) -> tuple[str, ...]:
@@ -178,16 +185,15 @@ def heading_error(flight: LoggedFlight) -> QuantityRows | None:
     if names is None:
         return None
     wanted, yaw = flight.log.table(*names).T
-    turns = np.floor((yaw - wanted) / (2.0 * np.pi) + 0.5)
-    return rows(flight, {"heading": "rad"}, (yaw - wanted - 2.0 * np.pi * turns)[:, None])
+    return rows(flight, {"heading": "rad"}, shorter_way(yaw - wanted)[:, None])
 
 
 def attitude_from_last(flight: LoggedFlight) -> QuantityRows | None:
-    """Each of these angles less the last command: level, or the final yaw."""
+    """Each of these angles less the last command, the shorter way round: level, or the final yaw."""
     if not has(flight, *ANGLES, "psi_d", "theta_d", "phi_d"):
         return None
     last = flight.log.table("psi_d", "theta_d", "phi_d")[-1]
-    return rows(flight, dict.fromkeys(ANGLES, "rad"), flight.log.table(*ANGLES) - last)
+    return rows(flight, dict.fromkeys(ANGLES, "rad"), shorter_way(flight.log.table(*ANGLES) - last))
 
 
 def measuring_error(flight: LoggedFlight) -> QuantityRows | None:

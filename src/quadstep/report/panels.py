@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.doors import Door
-from quadstep.metrics.quantities import position_axes, position_errors, rotor_columns
+from quadstep.metrics.quantities import position_axes, position_errors, rotor_columns, shorter_way
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import COMMANDED, Panel, Track
 from quadstep.report.sheet import Sheet
@@ -51,7 +51,7 @@ def of_attitude(log: FlightLog, panels: list[Panel]) -> str:
     found = []
     for panel in panels:
         if panel.unit == "rad" and f"{panel.label}_d" in panel.lines:
-            off = np.abs(panel.lines[f"{panel.label}_d"] - panel.lines[panel.label])
+            off = np.abs(shorter_way(panel.lines[f"{panel.label}_d"] - panel.lines[panel.label]))
             found.append((float(off.max()), int(off.argmax()), float(np.median(off)), panel.label))
     if not found:
         return "Attitude and rates."
@@ -125,8 +125,11 @@ def line(log: FlightLog, name: str) -> NDArray[np.float64]:
 
 
 def against(log: FlightLog, name: str, *others: str) -> Panel:
-    """A column with those beside it that the log has."""
-    return Panel(name, log.columns[name], {one: line(log, one) for one in (name, *others) if one in log.columns})
+    """A column with those beside it that the log has; an angle's at most half a turn from it."""
+    first, found = line(log, name), {one: log.column(one) for one in others if one in log.columns}
+    if log.columns[name] == "rad":
+        found = {one: values - 2.0 * np.pi * np.round((values - first) / (2.0 * np.pi)) for one, values in found.items()}
+    return Panel(name, log.columns[name], {name: first, **found})
 
 
 def position_panels(log: FlightLog) -> list[Panel]:
@@ -144,7 +147,8 @@ def attitude_panels(log: FlightLog, only: Sequence[str] | None = None) -> list[P
         angles = attitude.angles if only is None else only
         tracks = [against(log, a, f"{a}_d") for a in angles]
         said = [a for a in angles if attitude.errors and f"{a}_d" in log.columns]
-        misses = [Panel(f"{a}_d - {a}", "rad", {f"error in {a}": log.column(f"{a}_d") - log.column(a)}) for a in said]
+        errors = {a: shorter_way(log.column(f"{a}_d") - log.column(a)) for a in said}
+        misses = [Panel(f"{a}_d - {a}", "rad", {f"error in {a}": miss}) for a, miss in errors.items()]
         return tracks + misses + [against(log, rate) for rate in attitude.rates if rate in log.columns]
     return []
 
