@@ -313,7 +313,7 @@ def test_a_student_submits_by_link_or_form_and_sees_the_board(room, port):
     ]
     room.members[other].counts("", SubmissionResult("", "flew, but", {room.ground.metric: 0.0123}))
     text = ask(port, "/", ada)[2]
-    assert re.search(r'<td>Group 2</td><td[^>]*>12.3.mm</td><td><b class="fair">.*? completed, not as asked</b></td>', text)
+    assert re.search(r'<td>Group 2</td><td[^>]*>12.3.mm</td><td><b class="fair">.*? flew, but not as asked</b></td>', text)
     assert "Waiting to be flown" in text
     assert '<h2 id="submit">Submit</h2>' in text, "no level of headings is left out"
     assert "The smallest position RMSE wins. Lost flights are not ranked." in text
@@ -419,6 +419,11 @@ def test_the_class_s_own_flight_is_to_be_beaten(room, port, monkeypatch):
     assert "Nobody has flown it yet." in text and re.search(rf"<i>the class's own gains</i></td><td[^>]*>{own}<", text)
     assert ask(port, "/try", ada)[1]["Content-Type"] == "text/html; charset=utf-8"
     assert "<svg" in ask(port, "/path.svg", ada)[2]
+    assert "<figcaption>The path, and the flight of the class's own gains</figcaption>" in text
+    room.members[ada].counts(
+        "", SubmissionResult("", "as asked", {room.ground.metric: 0.5 * room.own.numbers[room.ground.metric]})
+    )
+    assert "Beat" not in ask(port, "/", ada)[2], "what is beaten already"
 
 
 def test_the_record_of_attempts_has_an_end_and_keeps_the_best(room, tmp_path):

@@ -598,7 +598,7 @@ def test_a_lost_flight_has_no_error_to_rank_it_by_and_a_late_score_is_said(tmp_p
 @pytest.mark.parametrize(("content", "says"), [
     ({"grade": "as asked", "outcome": "completed", "ended[s]": 5.0}, ["✓</span> as asked", "flew 5 s"]),
     ({"grade": "flew, but", "grade_reasons": ["it tilted to 139°"], "outcome": "completed", "ended[s]": 5.0},
-        ["!</span> completed, not as asked", "flew 5 s, but it tilted to 139°"]),
+        ["!</span> flew, but not as asked", "flew 5 s, but it tilted to 139°"]),
     ({"grade": "as asked", "outcome": "crashed", "ended[s]": 5.0}, ["✕</span> lost", "lost at 5 s: it hit the ground"]),
 ])  # fmt: skip
 def test_a_card_marks_the_grade_of_its_flight(tmp_path, content, says):

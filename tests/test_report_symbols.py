@@ -48,7 +48,7 @@ def test_powers_of_ten():
 
 
 @pytest.mark.parametrize(("text", "html"), [
-    ("1.364e+05, 2.5e+07, 3.4e-06", "136\u202f400, 2.5\u00a0×\u00a010⁷, 3.4\u00a0×\u00a010⁻⁶"),
+    ("1.364e+05, 2.5e+07, 3.4e-06", "136,400, 2.5\u00a0×\u00a010⁷, 3.4\u00a0×\u00a010⁻⁶"),
     ("1e-06 to 1.0e-06", "10⁻⁶ to 1.0\u00a0×\u00a010⁻⁶"),
     ("see `quadstep linear`", "see <code>quadstep linear</code>"),
     ("-6.48e-06 to -2 [-3, 4]", "−6.48\u00a0×\u00a010⁻⁶ to −2 [−3, 4]"),

@@ -185,12 +185,13 @@ def filtered(estimates: Sequence[Estimated]) -> float:
 
 
 def facts(compared: ErrorTable, period: float) -> list[markup.Fact]:
-    """Errors half a second ahead."""
+    """Errors half a second ahead, as shares of those of the better of "constant" and "zero rate"."""
     shown = []
     for group in GROUPS:
-        ratio = compared.ratio(AHEAD, group)
+        both = (compared.ratio(AHEAD, group), "constant"), (compared.ratio(AHEAD, group, "zero"), "zero rate")
+        ratio, stronger = max(both, key=lambda one: one[0].value)
         error = quantity(FACTOR[group] * compared.means(AHEAD, group)[0], UNIT[group])
-        more = f"{in_time(AHEAD, period)} ahead: {share(ratio, 'constant')}"
+        more = f"{in_time(AHEAD, period)} ahead: {share(ratio, stronger)}"
         shown.append(markup.Fact(group, error, more))
     return shown
 
@@ -208,7 +209,7 @@ def error_table(title: str, errors: ErrorTable, period: float) -> TableSection:
             texts = [number(factor * FACTOR[group] * one) for one in errors.means(horizon, group)]
             to_zero = number(errors.ratio(horizon, group, "zero").value)
             rows.append((f"{group}, {horizon} [{unit}]", *texts, interval(*errors.ratio(horizon, group)), to_zero))
-    header = ("what, samples ahead", "error", "constant", "zero rate", "to constant (95 %)", "to zero")
+    header = ("what, samples ahead", "error", "constant", "zero rate", "share of constant (95 %)", "of zero rate")
     return TableSection("", "", header, rows, f"{title}; a sample is {quantity(period, 's')}.", escape, shown=title)
 
 

@@ -89,7 +89,7 @@ def picture(result: ResultFolder) -> str:
 
 
 MARKS = {
-    "as asked": ("good", "✓", "as asked"), "flew, but": ("fair", "!", "completed, not as asked"), "lost": ("bad", "✕", "lost"),
+    "as asked": ("good", "✓", "as asked"), "flew, but": ("fair", "!", "flew, but not as asked"), "lost": ("bad", "✕", "lost"),
     "fragile": ("fair", "!", "fragile"), "unstable": ("bad", "!", "unstable at rest"),
 }  # fmt: skip
 """Of a grade, of a flight or of its loop: its colour, its sign, and what it is called where no reason follows it."""

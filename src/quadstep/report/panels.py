@@ -15,7 +15,7 @@ from quadstep.metrics.quantities import position_axes, position_errors, rotor_co
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import COMMANDED, Panel, Track
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import listed, number, of_angle, percent, quantity, unit_suffix
+from quadstep.report.units import listed, number, percent, quantity
 
 Numbers = NDArray[np.float64]
 
@@ -92,9 +92,8 @@ def of_others(panels: list[Panel], t: Numbers, more: str = "") -> str:
 
 
 def angle(value: float) -> str:
-    """An angle [rad] in what people see it in."""
-    unit, factor = of_angle("rad", value)
-    return number(factor * value) + unit_suffix(unit)
+    """An angle [rad] in degrees."""
+    return quantity(float(np.degrees(value)), "°")
 
 
 def at(t: Numbers, place: int) -> str:

@@ -94,9 +94,7 @@ def coded(text: str) -> str:
 
 def numerals(text: str) -> str:
     """Powers of ten and negative numbers as people write them."""
-    text = re.sub(
-        r"(?<![\w.])(\d+(?:\.\d+)?)e\+0[0-5]\b", lambda match: f"{float(match[0]):,.0f}".replace(",", "\u202f"), text
-    )
+    text = re.sub(r"(?<![\w.])(\d+(?:\.\d+)?)e\+0[0-5]\b", lambda match: f"{float(match[0]):,.0f}", text)
     text = re.sub(r"(?<![\w.])1e([+-]\d+)\b", lambda match: power_of_ten(int(match[1])), text)
     text = re.sub(r"(?<=\d)e([+-]\d+)\b", lambda match: f" × {power_of_ten(int(match[1]))}", text)
     text = re.sub(r"(?<![\w.)\]⁰¹²³⁴⁵⁶⁷⁸⁹-])-(?=\d)", "−", text)
@@ -128,6 +126,9 @@ SEEN = 1e-3
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}
 
 
+LEAST = 5e-11
+"""Of what is smaller than this, text has a power of ten: 1.03 × 10⁻¹³ m."""
+
 IN_THOUSANDTHS = {"m": 1.0, "s": 0.1}
 """Of what is smaller than this, text has thousandths or less."""
 
@@ -146,9 +147,9 @@ def prefixed(unit: str, largest: float) -> tuple[str, float]:
 
 def handy(unit: str, largest: float) -> tuple[str, float]:
     """The same for text: lengths below a metre and times below 0.1 s read better in thousandths; degrees, decibels and no unit
-    have no prefix.
+    have no prefix, nor has what is below the least prefix.
     """
-    if unit in ("-", "dB") or unit.startswith("°"):
+    if unit in ("-", "dB") or unit.startswith("°") or 0.0 < largest < LEAST:
         return unit, 1.0
     if 0.0 < largest < IN_THOUSANDTHS.get(unit, 0.0):
         return prefixed(unit, min(largest, 0.049))
@@ -176,7 +177,7 @@ def number(value: float, digits: int = DIGITS, places: int | None = None) -> str
         return f"{mantissa} × {power_of_ten(int(exponent))}".replace("-", "−")
     if places is None:
         places = max(0, digits - 1 - math.floor(math.log10(size)))
-    return f"{value:,.{places}f}".replace(",", "\u202f").replace("-", "−")
+    return f"{value:,.{places}f}".replace("-", "−")
 
 
 def quantity(value: float, unit: str = "-", digits: int = DIGITS) -> str:

@@ -88,9 +88,11 @@ def field_text(room: Room, member: Member, asked: Asked) -> str:
 def student_news(room: Room, member: Member) -> str:
     """What a student is told: the task, what came of the last submission, and the rank."""
     words = escape(units.metric(room.ground.metric)[0])
-    beaten = "" if (own := own_number(room)) == "–" else f" Beat {own}."
+    own, goal = own_number(room), room.own.numbers.get(room.ground.metric, 0.0)
+    beaten = "" if own == "–" or (member.value is not None and member.value < goal) else f" Beat {own}."
     task = f'<p class="answer">{escape(member.name)}: fly “{escape(room.mission.name)}” with the smallest {words}.{beaten}</p>'
-    path = '<img src="/path.svg" alt="The path, and the flight of the class\'s own gains">' if room.own.grade else ""
+    whose = "The path, and the flight of the class's own gains"
+    path = f'<figure><img src="/path.svg" alt=""><figcaption>{whose}</figcaption></figure>' if room.own.grade else ""
     waiting = f' data-waits="yes">{escape(member.message)}' if member.waits else f">{escape(member.message)}"
     ranked = room.board()
     best = (

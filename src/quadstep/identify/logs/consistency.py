@@ -261,8 +261,9 @@ def clocks(flight: FlightRecord, sure: Flags) -> list[Finding]:
         ]
         if seen:
             late, alike = (float(np.mean(parts)) for parts in zip(*seen, strict=True))
-            when = f"{1e3 * abs(late):.0f} ms {'after' if late > 0 else 'before'} the rates"
-            text = f"the attitude comes {when} (correlation {alike:.2f})"
+            by = f"{1e3 * abs(late):.0f} ms"
+            when = f"comes {by} {'after' if late > 0 else 'before'} the rates" if by != "0 ms" else "is in step with the rates"
+            text = f"the attitude {when} (correlation {alike:.2f})"
             found.append(Finding(abs(late) > 0.1, text))
     if "setpoint" in flight.channels and "position" in flight.channels:
         for axis in (0, 1):

@@ -163,7 +163,7 @@ def too_little(plan: FlightPlan, force: Array, sample: int) -> str:
     weight = plan.parameters.vehicle.mass * plan.parameters.vehicle.gravity
     part = sideways(force)[sample]
     if part >= LEAST_FORCE * weight:
-        return "a thrust straight down, where phi_d jumps by 2 pi,"
+        return "a thrust straight down, where phi_d jumps by a full turn,"
     return f"a thrust whose y-z part is {part:.3g} N, below {LEAST_FORCE:g} of the weight ({LEAST_FORCE * weight:.3g} N),"
 
 

@@ -94,8 +94,8 @@ def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, 
     else_ = "else as the mission's" if own else "else, with the law's memory, as at rest (the mission's start is too far off)"
     return (
         f"every flight{others} whose start is within {millimetres_down(start)} of ({point}) m on each axis{moved}, "
-        f"{else_}, is in this set about the loop's rest at all samples from {period:g} s on, for ever: {LONGEST:g} s, beyond "
-        "which no clock is followed."
+        f"{else_}, is in this set about the loop's rest at all samples from {period:g} s to {LONGEST:g} s (11.6 "
+        "days), the longest time that this proof covers."
     )
 
 

@@ -148,7 +148,8 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
     others = verdict.says[1:]
     opened = [line for line in others if line.startswith("open: ")]
     drawn: list[Figure] = []
-    sections: list[Section] = [TableSection("The bounds", "bounds", verdict.columns, verdict.rows)]
+    shown = "What disproves it" if verdict.kind is VerdictKind.DISPROVED else "The bounds"
+    sections: list[Section] = [TableSection(shown, "bounds", verdict.columns, verdict.rows)]
     if opened:
         sections += [markup.heading("What stayed open", "open"), markup.listing(map(sentence, opened))]
     sections += [markup.paragraph(line) for line in others if line not in opened]
