@@ -55,11 +55,10 @@ class Gains(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """integral: v [m/s^2]. the desired thrust axis and force come from `guide`: force [N]. sliding: s [m/s]."""
+    """integral: v [m/s^2]. force: the desired one, from `guide` [N]."""
 
     integral: Vector
     force: Vector
-    sliding: Vector
 
 
 def smooth_sign(s: Vector, layer: Number) -> Vector:
@@ -84,8 +83,7 @@ class SuperTwisting(Controller):
 
     def start(self, measured: Measured, gains: Gains) -> Memory:
         """Nothing integrated; hover."""
-        zero = vector(0.0, 0.0, 0.0)
-        return Memory(zero, vector(0.0, 0.0, gains.mass * gains.gravity), zero)
+        return Memory(vector(0.0, 0.0, 0.0), vector(0.0, 0.0, gains.mass * gains.gravity))
 
     def guide(
         self, memory: Memory, measured: Measured, reference: Reference, gains: Gains, t: Number, period: Number
@@ -97,7 +95,7 @@ class SuperTwisting(Controller):
         pull = gains.slope * e_dot + gains.reaching * root(s) * sign + memory.integral
         force = gains.mass * (reference.acceleration + pull + vector(0.0, 0.0, gains.gravity))
         integral = project(memory.integral + period * (gains.twisting * sign), gains.bound)
-        return Memory(integral, force, s)
+        return Memory(integral, force)
 
     def law(
         self, memory: Memory, measured: Measured, reference: Reference, gains: Gains, t: Number, period: Number
@@ -108,7 +106,7 @@ class SuperTwisting(Controller):
         angular = -gains.k_R * vee_error(desired.rotation, rotation) - gains.k_w * measured.rates
         torque = gains.inertia * angular + cross(measured.rates, gains.inertia * measured.rates)
         attitude = yaw_pitch_roll(quaternion_of(desired.rotation))
-        return Command(memory.force @ up_axis(rotation), torque, attitude, r1=memory.sliding), memory
+        return Command(memory.force @ up_axis(rotation), torque, attitude), memory
 
     def conditions(self, gains: Gains, model: Model) -> list[Condition]:
         """k_1 > 1.5 sqrt(L), k_2 > 1.1 L: enough for convergence in finite time against a disturbance of rate L."""

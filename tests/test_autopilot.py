@@ -364,9 +364,9 @@ def test_setpoints_refuse_bad_input(tmp_path, monkeypatch):
     mission = write(tmp_path, ORBIT)
     for arguments, said in (
         (("--kind", "jerk"), "--kind: unknown value 'jerk'; allowed: position, attitude, rates"),
-        (("--rate", "1"), "--rate 1: should be from 2 to 200 Hz"),
-        (("--rate", "nan"), "--rate nan: should be from 2 to 200 Hz"),
-        (("--hold", "-1"), "--hold -1: should be from 0 to 3600 s"),
+        (("--rate", "1"), "--rate: should be from 2 to 200, not 1"),
+        (("--rate", "nan"), "--rate: should be from 2 to 200, not nan"),
+        (("--hold", "-1"), "--hold: should be from 0 to 3600, not -1"),
         (("--connect", f"udpin:127.0.0.1:{free_port()}"), "no heartbeat from a vehicle within 0.2 s"),
         (("--connect", "nonsense:"), "cannot be opened"),
         (("--connect", "udpin:::1:14540"), "--connect udpin:::1:14540: IPv6 is not supported; allowed: udpin:HOST:PORT"),

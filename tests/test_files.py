@@ -13,12 +13,13 @@ import pytest
 from quadstep.io import files
 from quadstep.io.documents import DEEPEST, parse_toml, read_json
 from quadstep.io.errors import LONGEST, UserError, one_line
+from quadstep.io.run_record import read_manifest
 from quadstep.mission.data_files import MOST_ROWS
 from quadstep.mission.listings import read_vehicle
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.studies.campaign import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
+from quadstep.studies.campaign.manifest import CampaignManifest
 from quadstep.studies.campaign.schema import read_campaign
-from quadstep.studies.campaign.store import Store
 from tests.patience import PATIENCE
 from tests.terminals import in_terminal
 
@@ -202,10 +203,10 @@ def test_a_campaign_whose_mission_cannot_be_read_is_named_too(tmp_path):
 def test_a_manifest_with_an_absurd_number_is_refused(tmp_path, number):
     text = '{"name": "", "fingerprint": "", "flights": %s, "chunk": 16, "chunks": [], "machines": []}'
     (tmp_path / "campaign.json").write_text(text % 16, encoding="utf-8")
-    assert Store.manifest_in(tmp_path)
+    assert read_manifest(tmp_path / "campaign.json", CampaignManifest)
     (tmp_path / "campaign.json").write_text(text % number, encoding="utf-8")
     with pytest.raises(UserError, match=r"campaign\.json: .*choose another --out"):
-        Store.manifest_in(tmp_path)
+        read_manifest(tmp_path / "campaign.json", CampaignManifest)
 
 
 def recorded(folder, rows):

@@ -172,7 +172,7 @@ def of_entries(kind: Any, notes: list[Any]) -> str:
     sizes = [(note.min_length, None) for note in notes if isinstance(note, annotated_types.MinLen)]
     least = f", at least {sizes[0][0]}" if sizes and sizes[0][0] > 1 else ""
     if len(inner) == 2 and inner[1] is Ellipsis:
-        return f"a list of {takes(inner[0]) or 'values'}{least}"
+        return f"a list of {several(inner[0])}{least}"
     words = {2: "two", 3: "three", 4: "four"}.get(len(inner), str(len(inner)))
     alone = "one number or " if any(getattr(note, "func", None) is as_diagonal for note in notes) else ""
     return f"{alone}{words} numbers {each}".strip()
@@ -193,14 +193,27 @@ def takes(kind: Any, notes: tuple[Any, ...] = ()) -> str:
     elif origin is tuple:
         text = of_entries(kind, said)
     elif origin is dict:
-        text = f"a table of {takes(arguments[1])}" if arguments[1] is not Any else "a table"
+        text = f"a table of {several(arguments[1])}" if arguments[1] is not Any else "a table"
     elif origin is list:
-        text = f"a list of {takes(arguments[0])}"
+        text = f"a list of {several(arguments[0])}"
     elif isinstance(kind, type) and issubclass(kind, BaseModel):
         text = f"[{kind_name(kind)}](#{anchor(kind)})"
     else:
         text = f"{WORDS.get(kind, 'anything')} {ends(said)}".strip()
     return text
+
+
+PLURALS = {
+    "a number above 0": "positive numbers", "a number": "numbers", "a list": "lists", "[a table]": "[tables]",
+    "anything": "values",
+}  # fmt: skip
+
+
+def several(kind: Any) -> str:
+    """What the entries of a list or a table may hold, in words."""
+    said = takes(kind)
+    one, many = next(((one, many) for one, many in PLURALS.items() if said.startswith(one)), ("", ""))
+    return many + said.removeprefix(one)
 
 
 def kind_name(model: Model) -> str:

@@ -125,18 +125,6 @@ def setpoint(plan: FlightPlan, reference: Reference) -> Setpoint:
     )  # fmt: skip
 
 
-def check_rate(rate: float) -> None:
-    """Refuses a rate [Hz] that autopilots do not take. Raises UserError."""
-    if not SLOWEST <= rate <= FASTEST:
-        raise UserError(f"--rate {rate:g}: should be from {SLOWEST:g} to {FASTEST:g} Hz")
-
-
-def check_hold(hold: float) -> None:
-    """Refuses a time [s] to hold that is none. Raises UserError."""
-    if not 0.0 <= hold <= MOST_HOLD:
-        raise UserError(f"--hold {hold:g}: should be from 0 to {MOST_HOLD:g} s")
-
-
 def serve(
     plan: FlightPlan, connect: str, kind: SetpointKind, rate: float, hold: float, progress: Callable[[float], None],
     heard: Callable[[], None] = lambda: None,

@@ -38,7 +38,9 @@ def problem_message(error: TyperException) -> str:
     from pydantic import ValidationError
 
     if hasattr(error, "option_name") and hasattr(error, "possibilities"):
-        return unknown_option(error.option_name, error.possibilities or ())
+        if error.option_name == "--version":
+            return "--version: is an option of quadstep alone: quadstep --version"
+        return f"unknown option {error.option_name!r:.60}{did_you_mean(error.option_name, error.possibilities or ())}"
     text = error.format_message()
     if no_command := re.match(r"No such command ['\"](.*?)['\"]\.", text, re.DOTALL):
         known = list(getattr(getattr(getattr(error, "ctx", None), "command", None), "commands", ()))
@@ -65,13 +67,6 @@ def worded(text: str) -> str:
             likely = " ".join("".join(others).replace("'", "").split())
             return (said + (more if likely else "")).format(given, likely, SUCH_AS.get(given, ""))
     return text
-
-
-def unknown_option(option: str, possible: Sequence[str]) -> str:
-    """That there is no such option, and which one may be meant."""
-    if option == "--version":
-        return "--version: is an option of quadstep alone: quadstep --version"
-    return f"unknown option {option!r:.60}{did_you_mean(option, possible)}"
 
 
 def refuse_empty(arguments: Sequence[str]) -> None:

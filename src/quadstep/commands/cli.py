@@ -5,7 +5,7 @@ import os
 import platform
 import signal
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any
@@ -130,22 +130,18 @@ def theirs_by(name: str) -> Any:
     try:
         found = COMMANDS.load(name)
     except UserError as error:
+        refused = error
+
+        def fail() -> None:
+            raise refused
+
         anything = {"allow_extra_args": True, "ignore_unknown_options": True}
-        app.command(name, help=f"Error: {error}.", context_settings=anything)(failing_command(error))
+        app.command(name, help=f"Error: {error}.", context_settings=anything)(fail)
     else:
         if isinstance(found, typer.Typer):
             return typer.main.get_command(found)
         app.command(name)(found)
     return typer.main.get_command(app)
-
-
-def failing_command(error: UserError) -> Callable[[], None]:
-    """A command that ends so."""
-
-    def fail() -> None:
-        raise error
-
-    return fail
 
 
 def commands_to_load(arguments: Sequence[str]) -> Iterable[str]:

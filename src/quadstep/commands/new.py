@@ -104,12 +104,13 @@ def fit(
     """
     from pydantic import ValidationError
 
-    from quadstep.identify.datasheet import read_datasheet
+    from quadstep.identify.datasheet import Datasheet
     from quadstep.identify.vehicle_estimate import estimate, vehicle_of
     from quadstep.identify.vehicle_file import as_toml, campaign_text
+    from quadstep.io.documents import read_toml
     from quadstep.io.files import check_place, refuse_other, write_beside
     from quadstep.mission.airframe import AirframeSection
-    from quadstep.mission.check import explained
+    from quadstep.mission.check import check, explained
     from quadstep.mission.listings import parameters
 
     target = out or Path(f"{datasheet.stem}_vehicle.toml")
@@ -118,7 +119,7 @@ def fit(
     check_place(target)
     if target.exists() and datasheet.exists() and target.samefile(datasheet):
         raise UserError(f"{target}: is the data sheet itself; name another file with --out")
-    sheet = read_datasheet(datasheet)
+    sheet = check(Datasheet, read_toml(datasheet), str(datasheet), datasheet.parent)
     try:
         found = estimate(sheet)
         vehicle = vehicle_of(sheet, found)

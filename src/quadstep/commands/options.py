@@ -179,14 +179,10 @@ class PlainCommand(TyperCommand):
     def collect_usage_pieces(self, ctx: "Context") -> list[str]:
         return [re.sub("[{}]", "", piece) for piece in super().collect_usage_pieces(ctx)]
 
-    def records(self, ctx: "Context") -> list[tuple[str, str, str]]:
-        """Kind, name and help of each."""
-        found = [(one.param_type_name, *(one.get_help_record(ctx) or ("", ""))) for one in self.get_params(ctx)]
-        return [(kind, re.sub(" <.*>", "", name), told) for kind, name, told in found]
-
     def format_options(self, ctx: "Context", formatter: "HelpFormatter") -> None:
+        found = [(one.param_type_name, *(one.get_help_record(ctx) or ("", ""))) for one in self.get_params(ctx)]
         for kind, heading in (("argument", "Arguments"), ("option", "Options")):
-            rows = [(name, told) for one, name, told in self.records(ctx) if one == kind]
+            rows = [(re.sub(" <.*>", "", name), told) for one, name, told in found if one == kind]
             if rows:
                 with formatter.section(heading):
                     formatter.write_dl(rows)
@@ -194,17 +190,6 @@ class PlainCommand(TyperCommand):
 
 START = 4096
 """Bytes of a file by which a JUnit file is recognised."""
-
-
-def check_junit(path: Path) -> None:
-    """Raises UserError at once where a JUnit file cannot or should not be written."""
-    try:
-        check_place(path, parents=True)
-        begin = read_bytes(path, PAGE)[:START] if path.is_file() else b""
-    except UserError as error:
-        raise UserError(f"--junit {error}") from None
-    if begin and b"<testsuite" not in begin:
-        raise UserError(f"--junit {path}: exists and is not a JUnit file; choose another")
 
 
 def print_json(content: object) -> None:
@@ -224,8 +209,15 @@ class Delivery(Options):
     started: float = field(default_factory=time.perf_counter)
 
     def __post_init__(self) -> None:
-        if self.junit:
-            check_junit(self.junit)
+        if not self.junit:
+            return
+        try:
+            check_place(self.junit, parents=True)
+            begin = read_bytes(self.junit, PAGE)[:START] if self.junit.is_file() else b""
+        except UserError as error:
+            raise UserError(f"--junit {error}") from None
+        if begin and b"<testsuite" not in begin:
+            raise UserError(f"--junit {self.junit}: exists and is not a JUnit file; choose another")
 
     def finish(self, evidence: "Evidence", command: str, folder: Path) -> None:
         """Say what a study has found, or print it as JSON, then exit."""

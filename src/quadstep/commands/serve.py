@@ -209,13 +209,13 @@ def serve_setpoints(
 
     Exit code 0: sent. 2: bad input, or no vehicle responded. 130: interrupted.
     """
-    from quadstep.bridges.setpoints import SetpointKind, check_hold, check_rate, serve
+    from quadstep.bridges.setpoints import FASTEST, MOST_HOLD, SLOWEST, SetpointKind, serve
     from quadstep.mission.read import plan_mission, read_mission
 
     if kind not in list(SetpointKind):
         raise UserError(f"--kind: {unknown_name('value', kind, SetpointKind)}")
-    check_rate(rate)
-    check_hold(hold)
+    check_range("--rate", rate, SLOWEST, FASTEST)
+    check_range("--hold", hold, 0.0, MOST_HOLD)
     plan = plan_mission(read_mission(mission), mission)
     duration = plan.ticks.last * plan.ticks.step
     with bar("waiting for the vehicle", "s", duration) as shown:

@@ -14,7 +14,7 @@ from quadstep.engines.loop import Cycle, Loop, Numbers
 from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Command, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.log import Metric, added, started
-from quadstep.io.errors import UserError, errors_in
+from quadstep.io.errors import UserError
 from quadstep.io.user_code import blamed
 from quadstep.numbers import Structure, Table, Vector, flatten, leaf_names, rebuild, vector
 from quadstep.program.python_code import PythonCode, entered
@@ -62,13 +62,8 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
     check_finite(loop, cycle, parameters, answer[0])
 
 
-def try_plant(name: str, loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
-    """The methods of a plant, once each. Raises UserError, naming it, if one returns something of the wrong shape."""
-    with errors_in("vehicle", name):
-        check_plant(loop, parameters, start)
-
-
 def check_plant(loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
+    """The methods of a plant, once each. Raises UserError if one returns something of the wrong shape."""
     cycle, plant = loop.start(start, parameters), loop.plant
     check_numbers(cycle.state, "begin: the state")
     check_same(always(plant.actuate)(parameters, cycle.command), cycle.held, "actuate: the command to the actuators")

@@ -291,11 +291,6 @@ def ratio(flight: Excited, loop: RateLoop, other: dict[str, float], omega: Itera
     return after / before
 
 
-def with_advice(flight: Excited, advice: Advice) -> Response:
-    """The measured loop with what is advised."""
-    return flight.measured.scaled(factors(flight, advice, flight.measured.omega))
-
-
 def factors(flight: Excited, advice: Advice, omega: Iterable[float]) -> Complex | float:
     """What is advised of the open loop, as a factor on it, at frequencies [rad/s]: one for all, or of each."""
     other = {name: then for name, (_, then) in advice.others.items()}

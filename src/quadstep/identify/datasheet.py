@@ -1,12 +1,9 @@
 """A data sheet: what is known of a vehicle before it has flown, and a campaign over what it leaves open."""
 
-from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
-from quadstep.io.documents import read_toml
-from quadstep.mission.check import check
 from quadstep.mission.fields import Name, NonNegative, Positive, PositiveTriple, Quantity, Section, Several, as_tuple
 
 Column = Annotated[Several[NonNegative], Field(max_length=1000)]
@@ -101,8 +98,3 @@ class Datasheet(Section):
         size, places = self.propeller.size, self.wheelbase
         if not IN_PROPORTION[0] * places <= size <= IN_PROPORTION[1] * places:
             raise ValueError(f"wheelbase: {places:g} m does not fit propellers of {size:.3g} m; is each in metres?")
-
-
-def read_datasheet(path: Path) -> Datasheet:
-    """A data sheet. Raises UserError."""
-    return check(Datasheet, read_toml(path), str(path), path.parent)

@@ -28,20 +28,15 @@ VAGUE = 1.0
 """Prior standard deviation of a parameter's logarithm if only its start value is known."""
 
 
-def spread_starts(flights: Sequence[FlightRecord], horizons: Sequence[int], most: int) -> list[np.ndarray]:
-    """Rows to predict from, evenly over all flights, at most `most` in all."""
-    whole = [usable(flight, horizons) for flight in flights]
-    stride = max(1, math.ceil(sum(len(rows) for rows in whole) / most))
-    return [rows[::stride] for rows in whole]
-
-
 def problem_of(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, horizons: tuple[int, ...],
     free: Sequence[Free], guided: bool = False,
 ) -> PredictionProblem:  # fmt: skip
     """Predictions of some flights. Raises UserError if none can be made."""
     laid = laid_out(flights, guided)
-    starts: Starts = starts_at(flights, laid, spread_starts(flights, horizons, MOST_STARTS))
+    whole = [usable(flight, horizons) for flight in flights]
+    stride = max(1, math.ceil(sum(len(rows) for rows in whole) / MOST_STARTS))  # evenly over all flights
+    starts: Starts = starts_at(flights, laid, [rows[::stride] for rows in whole])
     if len(starts.row) < 30:
         names = ", ".join(flight.name for flight in flights)
         raise UserError(f"{names}: {len(starts.row)} segments of uninterrupted flight; a fit needs at least 30")

@@ -91,10 +91,10 @@ def trusted_folder(make: bool = False) -> Path | None:
         reason = exposure(status, sticky_is_safe=path != place)
         if reason:
             cure = f"run `chmod go-w {shlex.quote(str(path))}` or " if status.st_uid == os.geteuid() else ""
-            warn_once(
-                f"compiled code is not cached: {path} {reason}, who could plant code that you would run; {cure}set "
-                "QUADSTEP_CACHE to a folder of your own"
-            )
+            text = f"compiled code is not cached: {path} {reason}, who could plant code that you would run; {cure}set "
+            if text not in warned:
+                warned.add(text)
+                log.warning("quadstep: warning: %sQUADSTEP_CACHE to a folder of your own", text)
             return None
     return place
 
@@ -120,10 +120,3 @@ def own_content(path: Path) -> bytes:
         if not stat.S_ISREG(status.st_mode) or exposure(status):
             raise PermissionError(path)
         return file.read()
-
-
-def warn_once(text: str) -> None:
-    """Write a warning to the error stream, unless it was written before."""
-    if text not in warned:
-        warned.add(text)
-        log.warning("quadstep: warning: %s", text)

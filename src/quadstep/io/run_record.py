@@ -88,11 +88,6 @@ class RunRecord:
                     self.files.remove(name)
             self.manifest["files"] = names
 
-    @classmethod
-    def manifest_in(cls, folder: Path) -> dict[str, Any] | None:
-        """The manifest in a folder, or None. Raises UserError for one that cannot be read."""
-        return read_manifest(folder / cls.NAME, cls.SCHEMA)
-
 
 def read_manifest(path: Path, schema: type[BaseModel]) -> dict[str, Any] | None:
     """A manifest, or None where there is no such file. Raises UserError for one that cannot be read."""
@@ -141,7 +136,7 @@ def prepared(
 ) -> tuple[R, bool]:  # fmt: skip
     """The record in a folder that is locked, not yet saved where it is new; and whether it is resumed."""
     folder = inside.path
-    manifest = kind.manifest_in(folder)
+    manifest = read_manifest(folder / kind.NAME, kind.SCHEMA)
     inside.sweep(*kind.INNER)
     if manifest is None:
         if resume:

@@ -278,17 +278,13 @@ def whole_grade(mission: Mission) -> Grade:
 def cached(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[[], object]) -> object:
     """What is made of a mission's loops, as JSON has it; made once for the same laws and numbers."""
     live = as_it_is(tuple(plan.loop for plan in plans))
-    name = code_cache.key(kind, code_digest(), folder_digest(), fingerprint(plans), live, repr(limits(mission)))
+    here = hashlib.sha256(b"\0".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
+    name = code_cache.key(kind, code_digest(), here, fingerprint(plans), live, repr(limits(mission)))
     found = code_cache.read(name)
     if found is None:
         found = json.dumps(made()).encode()
         code_cache.write(name, found)
     return json.loads(found)
-
-
-def folder_digest() -> str:
-    here = sorted(Path(__file__).parent.glob("*.py"))
-    return hashlib.sha256(b"\0".join(path.read_bytes() for path in here)).hexdigest()
 
 
 def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:

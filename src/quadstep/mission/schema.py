@@ -17,13 +17,13 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from quadstep.engines.fly import FlightPlan, fly, reason
 from quadstep.engines.loop import Loop
-from quadstep.engines.own_checks import NotFiniteError, try_metrics, try_out, try_plant
+from quadstep.engines.own_checks import NotFiniteError, check_plant, try_metrics, try_out
 from quadstep.engines.scored import names_without_units, of_log, score_names
 from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.log import FlightLog, Metric
 from quadstep.interfaces.plant import Air, Plant, Reference
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, errors_in
 from quadstep.io.user_code import defined_at
 from quadstep.metrics.registry import AT_REST, DELAYS, EFFORTS, LEAST_GAIN, LEAST_PHASE, Metrics
 from quadstep.metrics.verdict import graded, together
@@ -289,7 +289,8 @@ class Mission(Section, metaclass=MissionMeta):
         start = built.start(path.law.reference(0.0, path.parameters))
         if warn:
             if built.own_plant:
-                try_plant(built.own_plant, loop, parameters, start)
+                with errors_in("vehicle", built.own_plant):
+                    check_plant(loop, parameters, start)
             if self.metrics and (users := [one for one in self.own_metrics if one.name not in EFFORTS]):
                 try_metrics(users, self.plant.columns)
             if self.controller.own:

@@ -111,14 +111,11 @@ LABELS = {
 """What files are called in links; others by their name."""
 
 
-def file_label(name: str) -> str:
-    return LABELS.get(name) or re.sub("[-_]+", " ", name.removesuffix(".html")).capitalize()
-
-
 def card(result: ResultFolder) -> str:
     """One result: its picture and name lead to its page or report; then every file."""
     place = result.place.as_posix()
-    links = " ".join(f'<a href="{escape(address(result, one))}">{escape(file_label(one))}</a>' for one in result.files)
+    called = {one: LABELS.get(one) or re.sub("[-_]+", " ", one.removesuffix(".html")).capitalize() for one in result.files}
+    links = " ".join(f'<a href="{escape(address(result, one))}">{escape(words)}</a>' for one, words in called.items())
     try:
         written = time.strftime("%Y-%m-%d %H:%M", time.localtime(result.changed))
     except (ValueError, OverflowError):  # a time that no calendar has

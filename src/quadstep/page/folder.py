@@ -8,7 +8,7 @@ import csv
 import os
 import re
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from html import unescape
 from itertools import islice
 from pathlib import Path
@@ -100,17 +100,14 @@ PICTURES = (
 
 
 def results(root: Path) -> list[ResultFolder]:
-    """All results in folders below `root`, by place. Links are not followed."""
-    found = [result for folder in walk(root) for result in results_in(root, Path(folder))]
+    """All results in folders below `root` that are not hidden, by place. Links are not followed."""
+    found: list[ResultFolder] = []
+    for name, inner, _ in islice(os.walk(root, followlinks=False), MOST_RESULTS):
+        folder = Path(name)
+        deepest = len(folder.relative_to(root).parts) >= DEEPEST
+        inner[:] = [] if deepest else sorted(one for one in inner if not one.startswith("."))
+        found += results_in(root, folder)
     return sorted(found, key=lambda result: result.place)
-
-
-def walk(root: Path) -> Iterator[str]:
-    """Folders below `root`, not too deep, not too many; hidden ones and links are left out."""
-    for folder, inner, _ in islice(os.walk(root, followlinks=False), MOST_RESULTS):
-        depth = len(Path(folder).relative_to(root).parts)
-        inner[:] = sorted(name for name in inner if not name.startswith(".")) if depth < DEEPEST else []
-        yield folder
 
 
 def results_in(root: Path, folder: Path) -> list[ResultFolder]:
@@ -168,8 +165,9 @@ def ending_text(content: dict[str, object]) -> str:
         return f"lost at {time:g} s: {REASONS[Outcome[outcome.upper()]] if known else outcome}"
     reasons = content.get("grade_reasons")
     but = together([one for one in reasons if isinstance(one, str)]) if isinstance(reasons, list) and reasons else ""
+    loop = f"; {at_rest({'grade': word})}" if (word := loop_grade(content)) else ""
     counted = f"; errors count from {since:g} s on" if (since := scored_from(content)) else ""
-    return f"flew {time:g} s{f', but {but}' if but else ''}{loop(content)}{counted}"
+    return f"flew {time:g} s{f', but {but}' if but else ''}{loop}{counted}"
 
 
 def section(content: Metrics, key: str) -> Metrics:
@@ -181,12 +179,6 @@ def scored_from(content: dict[str, object]) -> float:
     """From when on a flight's errors count [s], as far as its metrics.json says."""
     since = section(content, "mission").get("score_from")
     return float(since) if isinstance(since, int | float) and 0.0 < since < LARGEST_NUMBER else 0.0
-
-
-def loop(content: dict[str, object]) -> str:
-    """The grade of a flight's loop at rest, to follow how it ended; nothing where it is not known."""
-    word = loop_grade(content)
-    return f"; {at_rest({'grade': word})}" if word else ""
 
 
 def loop_grade(content: dict[str, object]) -> str:
@@ -244,14 +236,6 @@ def read_log(path: Path, outcome: Outcome, ended: float) -> FlightLog:
     return FlightLog(columns, rows[(abs(rows) <= LARGEST_NUMBER).all(axis=1)], outcome, ended, None)
 
 
-class OpenedMission(NamedTuple):
-    """A mission read back, or why it cannot be flown again."""
-
-    mission: Mission | None
-    plan: FlightPlan | None
-    why_not: str
-
-
 def open_result(folder: Path, links: tuple[Link, ...] = ()) -> str:
     """The page of the flight in `folder`. Raises UserError where there is none."""
     one = flown_in(folder)
@@ -274,13 +258,16 @@ def flown_in(folder: Path, names: tuple[str, ...] = ()) -> ShownFlight:
     content = manifest(folder)
     ended = content.get("ended[s]")
     log = read_log(folder / "flight.csv", outcome(content), float(ended) if isinstance(ended, int | float) else 0.0)
-    planned = plan_again(content.get("mission"))
+    mission, plan, why_not = plan_again(content.get("mission"))
     name = name_in(content, folder.name)
     found = content.get("warnings")
     warnings = tuple(line for line in found if isinstance(line, str)) if isinstance(found, list) else ()
-    metrics = metrics_of(content)
-    return ShownFlight(identity(name, names), name, GROUP, planned.mission, planned.plan, log, metrics,
-                  warnings=warnings, why_not=planned.why_not)  # fmt: skip
+    try:
+        facts(content), filed(content)
+    except (TypeError, KeyError, ValueError, AttributeError):  # metrics of another kind than the page shows
+        content = {}
+    return ShownFlight(identity(name, names), name, GROUP, mission, plan, log, content,
+                  warnings=warnings, why_not=why_not)  # fmt: skip
 
 
 def name_in(content: dict[str, object], otherwise: str) -> str:
@@ -289,19 +276,21 @@ def name_in(content: dict[str, object], otherwise: str) -> str:
     return named if isinstance(named, str) else otherwise
 
 
-def plan_again(content: object) -> OpenedMission:
-    """The flight that a metrics.json describes; one that needs further files is not planned, so that none is read."""
+def plan_again(content: object) -> tuple[Mission | None, FlightPlan | None, str]:
+    """The flight that a metrics.json describes, or why it cannot be flown again; one that needs further files is not planned,
+    so that none is read.
+    """
     if not isinstance(content, dict):
-        return OpenedMission(None, None, "its metrics.json does not say how it was flown")
+        return None, None, "its metrics.json does not say how it was flown"
     try:
         if names_files(content):
-            return OpenedMission(None, None, "its mission needs further files")
+            return None, None, "its mission needs further files"
         mission = check_mission(content, "metrics.json")
-        return OpenedMission(mission, mission.plan(), "")
+        return mission, mission.plan(), ""
     except UserError as error:
-        return OpenedMission(None, None, str(error).rstrip("."))
+        return None, None, str(error).rstrip(".")
     except (ArithmeticError, ValueError, RecursionError):
-        return OpenedMission(None, None, "its metrics.json does not describe a flight")
+        return None, None, "its metrics.json does not describe a flight"
 
 
 FILE_KEYS = "file", "weights", PARAMETERS
@@ -320,12 +309,3 @@ def outcome(content: dict[str, object]) -> Outcome:
     """How the flight ended, as far as known."""
     name = content.get("outcome")
     return Outcome[name.upper()] if isinstance(name, str) and name.upper() in Outcome.__members__ else Outcome.COMPLETED
-
-
-def metrics_of(content: Metrics) -> Metrics:
-    """The metrics that the page shows, where they are of the kind expected."""
-    try:
-        facts(content), filed(content)
-    except (TypeError, KeyError, ValueError, AttributeError):
-        return {}
-    return content

@@ -30,7 +30,9 @@ def thumbnail(*flights: tuple[io.BufferedReader, bool]) -> str:
     flights: a flight.csv and whether it was lost, which is marked. Raises ValueError for a log without a path.
     """
     logs = [path_rows(log) for log, _ in flights]
-    across, up = view_axes(logs[0][:, :3])
+    extent = np.ptp(logs[0][:, :3], axis=0)
+    wider = int(extent[1] > extent[0])
+    across, up = (0, 1) if extent[2] < FLAT * extent[wider] else (wider, 2)  # from above; from the side if it is not flat
     paths = [rows[:, [across, up]] for rows in logs] + [logs[0][:, [3 + across, 3 + up]]]
     low = np.min([path.min(axis=0) for path in paths], axis=0)
     span = np.max([path.max(axis=0) for path in paths], axis=0) - low
@@ -58,13 +60,6 @@ def line(points: NDArray[np.float64], style: str) -> str:
     texts = [f"{x:.1f} {y:.1f}" for x, y in points]
     moved = [texts[0], *(one for before, one in pairwise(texts) if one != before)]
     return f'<path d="M{"L".join(moved)}" {style}/>'
-
-
-def view_axes(flown: NDArray[np.float64]) -> tuple[int, int]:
-    """The axes to the right and upwards: x and y, or the wider of the two and z where the path is not flat."""
-    span = np.ptp(flown, axis=0)
-    wider = int(span[1] > span[0])
-    return (0, 1) if span[2] < FLAT * span[wider] else (wider, 2)
 
 
 def path_rows(log: io.BufferedReader) -> NDArray[np.float64]:

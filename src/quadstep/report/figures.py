@@ -132,11 +132,6 @@ def stack(axes: Axes, t: Numbers, parts: dict[str, Numbers], log: bool) -> list[
     return ends
 
 
-def legend_rows(names: list[str], width: float) -> int:
-    """Of a legend in a figure of this width [in]."""
-    return -(-len(names) // legend_columns(width, names, NAMES)) if names else 0
-
-
 def grid_alone(axes: Axes) -> None:
     """Of a time axis whose labels stand further down, keep the grid: ticks are a fourth of the time that a figure takes."""
     low, high = axes.get_xlim()
@@ -182,7 +177,7 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
     left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.75, 0.83, 0.6)
     across = (width - left - RIGHT - between * (columns - 1)) / columns
     names = legends(panels, rows)
-    high = [legend_rows(one, across + SPARE + SIDES) for one in names]
+    high = [-(-len(one) // legend_columns(across + SPARE + SIDES, one, NAMES)) if one else 0 for one in names]
     below = max([one for place, one in enumerate(high) if place % rows], default=0)
     more, gap = 0.15 * max(0, max(high[::rows]) - 1), 0.15 * max(0, below - 1)
     inner = (2.3 if rows == 1 else 1.25 if tight else 1.1 if below else 0.98) * rows - 0.17

@@ -208,13 +208,8 @@ def signal_panels(log: FlightLog, panels: Sequence[Panel]) -> list[Panel]:
     return [Panel(", ".join(names), unit, {name: log.column(name) for name in names}) for unit, names in rest.items()]
 
 
-def path_job(log: FlightLog, name: str, caption: str, begin: float = 0.0) -> FigureJob:
-    """Of a log with at least two rows. begin: from when errors count [s]."""
-    return FigureJob(name, caption, log.column("t"), [], track=track_of(log, begin))
-
-
 def track_of(log: FlightLog, begin: float = 0.0) -> Track:
-    """Of a log with at least two rows."""
+    """Of a log with at least two rows. begin: from when errors count [s]."""
     return Track(np.linalg.norm(position_errors(log), axis=1), in_space(log, "_d"), in_space(log), begin)
 
 

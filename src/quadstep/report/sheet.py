@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar, cast
 
 from quadstep.io.errors import UserError, unknown_name
+from quadstep.io.files import FileKind, read_text
 
 FORMATS = ("png", "svg", "pdf")
 USUAL, ON_SCREEN = "png,svg", "svg"
@@ -29,8 +30,7 @@ OURS = frozenset((
 ))  # fmt: skip
 """Settings that a style file cannot change: they are no looks, run programs, or are what our layout and text rest on."""
 
-LARGEST_STYLE = 100_000
-"""Bytes of a style file."""
+STYLE_FILE = FileKind("a style file", 100_000)
 
 IN_PRINT = {
     "font.family": ["STIXGeneral", "DejaVu Sans"],  # the second for signs that the first lacks
@@ -130,30 +130,13 @@ def sheet(figures: str = USUAL, width: float | None = None, style: str = SCREEN,
 
 
 def style_file(path: Path) -> dict[str, object]:
-    """The settings in a Matplotlib style file. Raises UserError."""
+    """The settings in a Matplotlib style file, each as Matplotlib understands it. Raises UserError naming the line."""
     if path.suffix != ".mplstyle":
         raise UserError(f"--style: {unknown_name('style', str(path), (SCREEN, PAPER), 'a file NAME.mplstyle')}")
-    try:
-        if not path.is_file():
-            raise UserError(f"{path}: no such file")
-        with path.open("rb") as file:
-            content = file.read(LARGEST_STYLE + 1)
-        text = content.decode("utf-8")
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise UserError(f"{path}: not a text file in UTF-8") from None
-    if len(content) > LARGEST_STYLE:
-        raise UserError(f"{path}: larger than {LARGEST_STYLE} bytes; a style file is a list of settings")
-    return settings_of(path, text)
-
-
-def settings_of(path: Path, text: str) -> dict[str, object]:
-    """The settings of a style file's text, each as Matplotlib understands it. Raises UserError naming the line."""
     from matplotlib import RcParams, rcParamsDefault  # noqa: PLC0415 (loaded only where it is used)
 
     settings: dict[str, object] = {}
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(read_text(path, STYLE_FILE).splitlines(), start=1):
         name, colon, value = line.partition(":")
         name, value = name.strip(), value.strip()
         if not name or name.startswith("#"):

@@ -62,7 +62,7 @@ def mark(figure: Figure) -> None:
 def described_svg(svg: str, figure: Figure) -> str:
     """The SVG of a marked figure, just drawn, with what is known of its axes; its links open in the same window."""
     svg = svg.replace(' target="_blank"', "")
-    known = [described(place, axes) for place, axes in enumerate(figure.axes) if readable(axes)]
+    known = [described(place, axes, figure) for place, axes in enumerate(figure.axes) if readable(axes)]
     for name, told in (("strips", strips(figure)), ("axes", known)):
         if told:
             content = escape(json.dumps(told, separators=(",", ":"), ensure_ascii=False, allow_nan=False))
@@ -146,31 +146,28 @@ def along(one: Artist, axes: Axes) -> str:
     return "x" * in_x + "y" * in_y
 
 
-def described(place: int, axes: Axes) -> dict[str, object]:
-    """One set of axes. box: left, top, width and height [pt]."""
-    figure = axes.figure.get_figure(root=True)
-    assert figure is not None
+def described(place: int, axes: Axes, figure: Figure) -> dict[str, object]:
+    """One set of a figure's axes. box: left, top, width and height [pt]."""
     wide, high = 72.0 * figure.get_size_inches()
     box = axes.get_window_extent().transformed(figure.transFigure.inverted())
+    labels = (one.get_xlabel() for one in (axes, *axes.get_shared_x_axes().get_siblings(axes)))  # whose numbers it shares
     return {
         "id": f"axes{place}",
         "box": [round(float(one), 3) for one in (box.x0 * wide, (1.0 - box.y1) * high, box.width * wide, box.height * high)],
         "x": scale(axes.xaxis),
         "y": scale(axes.yaxis),
-        "across": as_text(axes.get_xlabel()) or shared_label(axes),
+        "across": as_text(next(filter(None, labels), "")),
         "up": as_text(axes.get_ylabel()),
         "ours": not axes.images and not any(isinstance(one, QuadMesh) for one in axes.collections),
         "curves": [{"id": one.get_gid(), "name": name(one)} for one in curves(axes)],
         "bars": [bar(*one) for one in bars(axes)],
-        "spots": [spot(axes, one) for one in SPOTS.get(axes, [])],
+        "spots": [spot(axes, one, figure) for one in SPOTS.get(axes, [])],
         "drawn": [{"id": one.get_gid(), "along": along(one, axes)} for one in plotted_artists(axes)],
     }
 
 
-def spot(axes: Axes, one: ToldPlace) -> list[object]:
+def spot(axes: Axes, one: ToldPlace, figure: Figure) -> list[object]:
     """A spot: left, top, width and height [pt], name, and what is said of it."""
-    figure = axes.figure.get_figure(root=True)
-    assert figure is not None
     wide, high = 72.0 * figure.get_size_inches()
     corners = (axes.transData + figure.transFigure.inverted()).transform([(one.left, one.bottom), (one.right, one.top)])
     (left, right), (bottom, top) = sorted(wide * corners[:, 0]), sorted(high * corners[:, 1])
@@ -183,12 +180,6 @@ def bar(container: BarContainer, one: Rectangle, words: str) -> dict[str, object
     flat = container.orientation == "horizontal"
     low, size = (one.get_x(), one.get_width()) if flat else (one.get_y(), one.get_height())
     return {"id": one.get_gid(), "name": words, "along": "x" if flat else "y", "low": float(low), "high": float(low + size)}
-
-
-def shared_label(axes: Axes) -> str:
-    """Of the axes whose numbers it shares."""
-    found = [as_text(one.get_xlabel()) for one in axes.get_shared_x_axes().get_siblings(axes) if one.get_xlabel()]
-    return found[0] if found else ""
 
 
 def scale(axis: Axis) -> dict[str, object]:

@@ -59,7 +59,7 @@ def label(text: str) -> str:
 
 
 def rich(text: str) -> str:
-    """For HTML, escaped: every Greek name, and every letter with a digit or parts, set as a symbol."""
+    """For HTML, escaped: every Greek name, and every letter with a digit or parts, set as a symbol; code between backticks."""
 
     def symbol(match: re.Match[str]) -> str:
         found = name_parts(match, letters=False)
@@ -70,7 +70,8 @@ def rich(text: str) -> str:
         return letter + "".join(ACCENTS[one][1] for one in accents) + (f"<sub>{below}</sub>" if below else "")
 
     text = re.sub(r"\|(?=[⁻¹²³])", "|\N{WORD JOINER}", numerals(prose(NAME.sub(symbol, escape(text)))))
-    return coded(text).replace("^T", "<sup>T</sup>")
+    text = re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
+    return text.replace("&gt;=", "≥").replace("&lt;=", "≤").replace("^T", "<sup>T</sup>")
 
 
 def typed(text: str) -> str:
@@ -84,12 +85,6 @@ def typed(text: str) -> str:
         return letter + "".join(ACCENTS[one][1] for one in accents) + "".join(GREEK.get(one, f"_{one}") for one in low)
 
     return numerals(prose(NAME.sub(symbol, text))).replace("\N{NO-BREAK SPACE}", " ")
-
-
-def coded(text: str) -> str:
-    """Code between backticks, and comparisons. text: escaped."""
-    text = re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
-    return text.replace("&gt;=", "≥").replace("&lt;=", "≤")
 
 
 def numerals(text: str) -> str:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.identify.changes import FINE, NOISY, Advice, changed_parameters, changes, lags, loud, with_advice
+from quadstep.identify.changes import FINE, NOISY, Advice, changed_parameters, changes, factors, lags, loud
 from quadstep.identify.excited import Excited, excited
 from quadstep.identify.logs.flight import damage
 from quadstep.identify.measured import HIDDEN, HiddenResonance, MeasuredLoop, degrees, hertz, measured, spelled
@@ -196,7 +196,7 @@ def loops(flight: Excited, now: MeasuredLoop, model: ModelledLoop | None, advice
     found = flight.measured
     drawn = {"measured": found.opened}
     if advice:
-        drawn["with what is advised"] = with_advice(flight, advice).opened
+        drawn["with what is advised"] = found.scaled(factors(flight, advice, found.omega)).opened
     if model:
         drawn["modelled"] = model.loop
     half = np.array([student_quantile(0.975, float(freedom)) for freedom in found.freedom]) * found.opened_error

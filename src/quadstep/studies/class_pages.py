@@ -40,7 +40,7 @@ class Asked(NamedTuple):
 
 def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # noqa: B008 (frozen)
     """The page of a student as HTML, every text escaped."""
-    words = units.metric(room.ground.metric)[0]
+    words, gains = units.metric(room.ground.metric)[0], gains_table(room.mission, room.ground.free)
     why = f"<b>Not taken: {escape(str(asked.refusal))}</b>{' Your text is below.' if asked.text else ''}"
     more = f', or <a href="/laws">another of {len(room.laws)} controllers</a>' if len(room.laws) > 1 else ""
     body = [
@@ -57,7 +57,8 @@ def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # 
         '<span id="answer" role="status"></span></form>',
         "</section><section>", heading("Board", "ranking"),
         f"<p>The smallest {escape(words)} wins. Lost flights are not ranked.</p>", board(room, member), "</section></div>",
-        *gains_section(room), heading("Your attempts", "history"), attempts(member, "/mine"),
+        heading(f"Gains of the class's controller, {room.mission.controller.type}", "gains", escape) if gains else "", gains,
+        heading("Your attempts", "history"), attempts(member, "/mine"),
     ]  # fmt: skip
     return page_text(room.mission.name, [*body, SCRIPT], "Class", STYLE)
 
@@ -67,14 +68,6 @@ def only(ground: Ground) -> str:
     tables = {one for one in ground.free if isinstance(ground.usual.get(one), dict)}
     return units.listed([f"the <code>[{escape(one)}]</code> table" if one in tables else f"<code>{escape(one)}</code>"
                          for one in ground.free])  # fmt: skip
-
-
-def gains_section(room: Room) -> list[str]:
-    """The gains of the class's own controller, if any may be changed."""
-    shown = gains_table(room.mission, room.ground.free)
-    return (
-        [heading(f"Gains of the class's controller, {room.mission.controller.type}", "gains", escape), shown] if shown else []
-    )
 
 
 def field_text(room: Room, member: Member, asked: Asked) -> str:

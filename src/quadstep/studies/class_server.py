@@ -30,7 +30,7 @@ from quadstep.studies.class_pages import (
     student_page,
     teacher_page,
 )
-from quadstep.studies.classroom import SUBMISSION, Member, Refusal, Room, same
+from quadstep.studies.classroom import SUBMISSION, Member, Refusal, Room
 
 MOST_AT_ONCE = 32
 """Requests of one address that are answered at the same time: a class may be behind one."""
@@ -77,7 +77,8 @@ class ClassHandler(Handler):
 
     def answer(self) -> Answer:
         wrong = None if self.access.shared else self.misdirected()
-        token = wrong or self.token(lambda given: self.room.member(given) is not None or same(given, self.room.teacher))
+        teacher = Access(token=self.room.teacher)
+        token = wrong or self.token(lambda given: self.room.member(given) is not None or teacher.opens(given))
         if isinstance(token, Answer):
             return token
         member = self.room.member(token)

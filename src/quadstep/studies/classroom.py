@@ -32,6 +32,7 @@ from quadstep.mission.check import check
 from quadstep.mission.fields import Positive, Section, Several, plain
 from quadstep.mission.read import read_mission
 from quadstep.mission.schema import Mission
+from quadstep.page.sharing import Access
 from quadstep.report.publish import as_text
 from quadstep.studies.class_flight import NO_MISSION, Ground, SubmissionResult, flown_apart, is_free, reason_of, submitted
 from quadstep.studies.fly import metric_names
@@ -188,7 +189,7 @@ class Room:
         return found
 
     def member(self, given: str) -> Member | None:
-        return next((one for known, one in self.members.items() if same(given, known)), None)
+        return next((one for known, one in self.members.items() if Access(token=known).opens(given)), None)
 
     def submit(self, member: Member, text: str) -> None:
         """Put what a student sends into the queue, unless it is too soon or no mission. Raises Refusal."""
@@ -276,11 +277,6 @@ def check_names(file: Path, students: tuple[str, ...]) -> None:
 def token(key: bytes, name: str) -> str:
     """What a link says of who has it: 128 bits."""
     return hmac.digest(key, name.encode(), "sha256").hex()[:32]
-
-
-def same(given: str, known: str) -> bool:
-    """Whether a token is the known one."""
-    return hmac.compare_digest(given.encode("utf-8", "replace"), known.encode())
 
 
 def secret(root: Path) -> bytes:

@@ -61,9 +61,11 @@ class Map(Study[Envelope]):
         return Envelope(self.asked, cells, list(panels(self.asked, cells)))
 
     def evidence(self, envelope: Envelope, out: Path, sheet: Sheet) -> Evidence:
-        """The map, each panel in numbers, and the results of every cell."""
+        """The map, each panel in numbers, the results of every cell, and the first flights of some to watch."""
         (out / DATA).write_bytes(parquet(table(self.asked, envelope.cells)))
-        links = self.flights_to_watch(out)
+        cells = watched(self.asked)
+        found = dict(zip(cells, map(self.named, flown_again(self.campaign, cells)), strict=True))
+        links = write_flights(out, self.campaign, found)
         draw_map(out / PICTURE, self.asked, envelope.cells, sheet, links)
         name, rows = f"Envelope of {self.campaign.defaults['name']}", [row(one) for one in envelope.panels]
         return Evidence(
@@ -80,12 +82,6 @@ class Map(Study[Envelope]):
             ],
             paper=booktabs(HEADER, [rows], [name]),
         )
-
-    def flights_to_watch(self, out: Path) -> dict[int, str]:
-        """flights.html with the first flight of some cells, and the address of each there, by the cell's number."""
-        cells = watched(self.asked)
-        found = dict(zip(cells, map(self.named, flown_again(self.campaign, cells)), strict=True))
-        return write_flights(out, self.campaign, found)
 
     def named(self, one: FlownAgain) -> FlownAgain:
         """The same, called by the values of its cell."""

@@ -23,7 +23,7 @@ from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing
 from quadstep.report.units import quantity, rich
 from quadstep.studies.flight_report import cut, errors_since
-from quadstep.studies.fly import FlightSummary, ending_state, summarise, write_results
+from quadstep.studies.fly import ending_state, summarise, write_results
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -141,7 +141,9 @@ class Flight(FlightLog):
 
     def _repr_html_(self) -> str:
         """The view in a notebook: a table of results and the position over time."""
-        said = self._summary()
+        counted = errors_since(self.mission) + cut(self.mission) if self.mission else ""
+        ended = ending_state(self.plan, self)
+        said = summarise(self.name, self, self.metrics(), self.warnings, [], counted=counted, ended=ended)
         parts = [f"<strong>{escape(said.name)}</strong>", paragraph(said.ending)]
         parts += [paragraph(f"Warning: {warning}") for warning in said.warnings]
         if said.rows:
@@ -153,13 +155,6 @@ class Flight(FlightLog):
             text = base64.b64encode(picture.getvalue()).decode()
             parts.append(f'<img alt="position over time" src="data:image/png;base64,{text}">')
         return f"<div>{''.join(parts)}</div>"
-
-    def _summary(self) -> FlightSummary:
-        """The summary that the command line prints."""
-        counted = errors_since(self.mission) + cut(self.mission) if self.mission else ""
-        return summarise(
-            self.name, self, self.metrics(), self.warnings, [], counted=counted, ended=ending_state(self.plan, self)
-        )
 
     def _jobs(self) -> list[FigureJob]:
         if len(self.rows) < 2:

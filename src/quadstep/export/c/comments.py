@@ -45,8 +45,10 @@ class NamedRecord(ScanRecord):
         if place == before and operation not in (CONSTANT, INPUT):
             frame = lawful(sys._getframe(1))
             if frame:
-                line = frame.f_code.co_filename, frame.f_lineno
-                self.naming.origins[place] = self.lines.get(line) or self.lines.setdefault(line, line_of(*line))
+                line = file, number = frame.f_code.co_filename, frame.f_lineno
+                if line not in self.lines:  # with its text, in a form allowed in a C comment
+                    self.lines[line] = remark(f"{Path(file).name}:{number}: {linecache.getline(file, number).strip()}")
+                self.naming.origins[place] = self.lines[line]
         return place
 
     @contextmanager
@@ -96,11 +98,6 @@ def lawful(frame: FrameType | None) -> FrameType | None:
     while frame and silent(frame.f_code.co_filename):
         frame = None if frame.f_code.co_filename == RECORDER else frame.f_back
     return frame
-
-
-def line_of(file: str, number: int) -> str:
-    """File, line and text, in a form allowed in a C comment."""
-    return remark(f"{Path(file).name}:{number}: {linecache.getline(file, number).strip()}")
 
 
 def remark(text: str) -> str:

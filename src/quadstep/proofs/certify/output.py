@@ -30,15 +30,6 @@ def periods_outside(c: FlightCertificate) -> Array:
     return c.lyapunov.differenced[c.outside[:-1] & c.outside[1:]]
 
 
-def margins(c: FlightCertificate) -> str:
-    """The smallest margins of the conditions that hold."""
-    k = c.conditions
-    return (
-        f"K_r1 - m Lambda1 >= {k.k_1:.4g}, K_r2 - J_M max(Lambda2) >= {k.k_2:.4g}, "
-        f"thrust <= {k.thrust:.4g} N < {k.thrust_bound or 0.0:.4g} N"
-    )
-
-
 def of_ball(c: FlightCertificate) -> str:
     """What |r| did about the ball b_r."""
     time, most = c.history.t, c.r.max()
@@ -76,7 +67,10 @@ def answer(c: FlightCertificate) -> str:
         more = {"sign consistent": f" ({c.outside.sum()} of {len(c.outside)})", "rising between samples": f": {rises(c)}"}
         return f"{ANSWERS[what]}{more.get(what, '')}. {raised_by(c)}"
     ended, found = f"The flight was lost at {c.ended:.4g} s", c.conditions.broken()
-    rest = f"{raised_by(c)} {until(c)}".rstrip()
+    rest = raised_by(c)
+    if c.undefined:  # why it is certified up to some time only
+        then = f"from then on the law commands {c.undefined.rstrip(',')}, and the angles that it asks for have no rates"
+        rest += f" The certificate ends at {c.until:.3g} s: {then}."
     if not c.conditions.printed_hold:
         return f"{ended}; the conditions of Theorem 5.1 do not hold. {rest}"
     if not found:
@@ -91,14 +85,6 @@ def rises(c: FlightCertificate) -> str:
     return f"L rose in {(~(between < 0.0)).sum()} of the {len(between)} periods that begin and end outside it"
 
 
-def until(c: FlightCertificate) -> str:
-    """Why a lost flight is certified up to some time only, if it is."""
-    if not c.undefined:
-        return ""
-    then = f"from then on the law commands {c.undefined.rstrip(',')}, and the angles that it asks for have no rates"
-    return f"The certificate ends at {c.until:.3g} s: {then}."
-
-
 def verdict(c: FlightCertificate) -> str:
     """The kind, and in numbers what decides it."""
     k, rate, said = c.conditions, c.lyapunov.rate[c.outside], list[str]()
@@ -108,7 +94,9 @@ def verdict(c: FlightCertificate) -> str:
             f"the flight ended at {c.ended:.4g} s, and all numbers are from the first {c.until:.4g} s",
             f"the printed conditions {'hold' if k.printed_hold else 'do not hold'} (smallest margin {printed:.4g})",
         ]
-    said += [*(k.broken() or [f"the conditions hold ({margins(c)})"]), of_ball(c)]
+    margins = f"K_r1 - m Lambda1 >= {k.k_1:.4g}, K_r2 - J_M max(Lambda2) >= {k.k_2:.4g}"
+    thrust = f"thrust <= {k.thrust:.4g} N < {k.thrust_bound or 0.0:.4g} N"
+    said += [*(k.broken() or [f"the conditions hold ({margins}, {thrust})"]), of_ball(c)]
     if len(rate):
         said += [f"L_dot < 0 on {(rate < 0.0).sum()} of the {len(rate)} samples outside b_r", rises(c)]
     return f"{kind(c)}: {'; '.join(said)}"
@@ -204,21 +192,6 @@ def coupling_record(c: FlightCertificate) -> dict[str, object]:
     }
 
 
-def flight_record(c: FlightCertificate) -> dict[str, object]:
-    """Where |r| and |W_tilde| really were."""
-    entered = c.entered
-    return {
-        "largest_r": float(c.r.max()),
-        "largest_r1[m/s]": float(lengths(c.history.r1).max()),
-        "largest_r2[rad/s]": float(lengths(c.history.r2).max()),
-        "transient_ends[s]": None if entered is None else float(c.history.t[entered]),
-        "largest_r_after_transient": None if entered is None else float(c.r[entered:].max()),
-        "final_r": float(c.r[-1]),
-        "largest_W_tilde": float(c.missing.max()),
-        "share_outside_b_w": None if c.b_w is None else share(c.missing > c.b_w),
-    }
-
-
 def record(c: FlightCertificate) -> dict[str, Any]:
     """Everything, with units in the keys; r mixes m/s and rad/s as the paper does."""
     k, (first, second) = c.conditions, c.ideal.fits
@@ -260,7 +233,16 @@ def record(c: FlightCertificate) -> dict[str, Any]:
             "W2": second.weights.tolist(),
         },
         "bounds": {"b_r": finite(c.b_r), "b_r_printed": finite(c.b_r_printed), "b_w": finite(c.b_w)},
-        "flight": flight_record(c),
+        "flight": {
+            "largest_r": float(c.r.max()),
+            "largest_r1[m/s]": float(lengths(c.history.r1).max()),
+            "largest_r2[rad/s]": float(lengths(c.history.r2).max()),
+            "transient_ends[s]": None if c.entered is None else float(c.history.t[c.entered]),
+            "largest_r_after_transient": None if c.entered is None else float(c.r[c.entered :].max()),
+            "final_r": float(c.r[-1]),
+            "largest_W_tilde": float(c.missing.max()),
+            "share_outside_b_w": None if c.b_w is None else share(c.missing > c.b_w),
+        },
         "lyapunov": rate_record(c),
         "coupling": coupling_record(c),
     }

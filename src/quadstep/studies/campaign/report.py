@@ -13,8 +13,9 @@ from quadstep.io.run_record import FIGURES
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.fields import label, words
 from quadstep.report import markup
+from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
-from quadstep.report.panels import path_job
+from quadstep.report.panels import track_of
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign import key_text
 from quadstep.studies.campaign import report_text as text
@@ -257,7 +258,7 @@ def worst_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
         log, title = again[one.flight].log, text.of_flight(one, outcome, since)
         if log is not None and again[one.flight].drawable:
             name = f"flight-{one.flight}"
-            path_job(log, name, title, begin).draw(of.folder, of.sheet)
+            FigureJob(name, title, log.column("t"), [], track=track_of(log, begin)).draw(of.folder, of.sheet)
             pictures.append(figure(name, f"{title}; shaded: not counted" if begin else title))
         else:
             why = f"cannot be replayed: {again[one.flight].reason}" if log is None else "it ended before it could be drawn"

@@ -16,6 +16,7 @@ import pyarrow.compute as pc
 
 from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
 from quadstep.io.errors import UserError, number_in
+from quadstep.io.run_record import read_manifest
 from quadstep.metrics.statistics import LEVEL, TAIL, Estimate, exact_share, incomplete_beta
 from quadstep.mission.distributions import Grid, Sobol
 from quadstep.mission.schema import Grading, ungraded
@@ -24,6 +25,7 @@ from quadstep.report.screen import command
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign import MOST_FLIGHTS
 from quadstep.studies.campaign.flyer import SUCCESS, Fly
+from quadstep.studies.campaign.manifest import MANIFEST, CampaignManifest
 from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.store import Store, opened
@@ -166,7 +168,7 @@ def fly_until(request: CampaignRequest, target: float) -> DecidedRun:
     first = next(looks(target))
     check(campaign, request.path, first, most)
     fly: Fly = loaded(CAMPAIGNS, request.engine)(campaign)
-    known = Store.manifest_in(request.folder) if request.resume else None
+    known = read_manifest(request.folder / MANIFEST, CampaignManifest) if request.resume else None
     begun = max(first.flights, known["flights"] if known else 0)
     campaign.check_count(begun)
     seen: list[LookResult] = []

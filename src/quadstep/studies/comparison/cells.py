@@ -106,8 +106,15 @@ class ComparisonStudy(NamedTuple):
     # Missions
 
     def vehicle(self, name: str) -> Content:
-        """What its missions say of a vehicle."""
-        return vehicle_table(name, self.folder)
+        """What its missions say of a vehicle: a preset, a plant that declares itself, a vehicle in a Python file, or a file.
+
+        Raises UserError for Python that cannot be run.
+        """
+        if name in preset_names():
+            return {"preset": name}
+        if is_plant(name, self.folder):
+            return {"type": name}
+        return {"preset" if place(name) else "file": name}
 
     def content(self, situation: Situation, controller: Content) -> Content:
         file, named = self.file, {"vehicle": self.vehicle(situation.vehicle)}
@@ -154,9 +161,18 @@ class ComparisonStudy(NamedTuple):
 
     def cell(self, situation: Situation, name: str, controller: Content, repeat: int = 0) -> StudyCell:
         """A controller in a situation. Raises UserError naming both."""
-        mission = self.content(situation, controller)
+        mission, file = self.content(situation, controller), self.file
+        asked: Content = {
+            "mission": mission,
+            "flights": file.seeds,
+            "seed": file.seed,
+            "precision": file.precision,
+            **({} if file.score_period is None else {"score_period": file.score_period}),
+        }
         with errors_in(self.source, f"{name} cannot fly {situation.label}"):
-            return StudyCell(situation, name, campaign_with(self, mission, self.draws(situation.scenario)), repeat)
+            checked = check(CampaignFile, asked | self.draws(situation.scenario), self.source)
+            campaign = campaign_of(checked, "", mission, self.source, self.folder)
+            return StudyCell(situation, name, campaign, repeat)
 
     def check_cell(self, cell: StudyCell) -> None:
         """Refuses a cell whose first flight cannot be built. Raises UserError."""
@@ -165,34 +181,8 @@ class ComparisonStudy(NamedTuple):
             planner(cell.campaign).plan(first)
 
 
-def campaign_with(study: ComparisonStudy, mission: Content, draws: Content) -> Campaign:
-    """The flights of one mission. Raises UserError."""
-    file = study.file
-    asked = {
-        "mission": mission,
-        "flights": file.seeds,
-        "seed": file.seed,
-        "precision": file.precision,
-        **({} if file.score_period is None else {"score_period": file.score_period}),
-        **draws,
-    }
-    return campaign_of(check(CampaignFile, asked, study.source), "", mission, study.source, study.folder)
-
-
 FIRST = UNSEEN
 """The number of the first flight that is reported: none of these was used to find a gain."""
-
-
-def vehicle_table(name: str, folder: Path) -> Content:
-    """What a mission says of a vehicle: a preset, a plant that declares itself, a vehicle in a Python file, or a file.
-
-    Raises UserError for Python that cannot be run.
-    """
-    if name in preset_names():
-        return {"preset": name}
-    if is_plant(name, folder):
-        return {"type": name}
-    return {"preset" if place(name) else "file": name}
 
 
 def is_own(metric: str) -> bool:

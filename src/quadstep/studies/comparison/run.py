@@ -186,7 +186,10 @@ def concluded(
 
     about: what is known of it already. others: jobs whose parts belong to it too. Raises UserError.
     """
-    again, asked = regraded(flights, flown, about.metric), laws(flights)
+    best = [job.subject for job in flights if not job.subject.repeat]  # the flights with the best gains
+    tried = [cell for cell in best if not cell.law.one_at_a_time]  # an autopilot may not be there any more
+    middle = [(cell, flown[cell.situation][cell.controller].middle(about.metric)) for cell in tried]
+    again, asked = [grading(cell, FIRST + place) for cell, place in middle if place is not None], laws(flights)
     run.work("grading", again)
     run.work("linearising and costing", asked)
 
@@ -212,17 +215,6 @@ def concluded(
 def each(flown: Mapping[Situation, Mapping[str, CellFlights]]) -> dict[tuple[Situation, str], CellFlights]:
     """The flights of every cell."""
     return {(place, name): one for place, many in flown.items() for name, one in many.items()}
-
-
-def regraded(
-    flights: Sequence[Job[StudyCell]], flown: Mapping[Situation, Mapping[str, CellFlights]], metric: str
-) -> list[Job[StudyCell]]:
-    """The median flight of every cell, with the best gains, as what grades it: none where it is lost, and none of an
-    autopilot, which may not be there any more.
-    """
-    best = [job.subject for job in flights if not job.subject.repeat and not job.subject.law.one_at_a_time]
-    places = [(cell, flown[cell.situation][cell.controller].middle(metric)) for cell in best]
-    return [grading(cell, FIRST + place) for cell, place in places if place is not None]
 
 
 def cells(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entrant]) -> list[StudyCell]:

@@ -125,19 +125,15 @@ class PointFlyer:
         columns = [(self.campaign.thresholds[name], scale) for name, scale in event.scales.items()]
         parts = [(table[name].to_numpy().astype(np.float64) - zero) / unit for name, (zero, unit) in columns]
         score = np.nan_to_num(np.max(parts, axis=0), nan=-1e300, posinf=1e300, neginf=-1e300)
-        return np.where(failed_in_this_way(table, event.failure), np.inf, score)
+        failed: NDArray[np.bool_] = ~table[SUCCESS].to_numpy()
+        completed: NDArray[np.bool_] = table[OUTCOME].to_numpy() == OUTCOMES[0]
+        occurred = {Failure.ANY: failed, Failure.ABOVE: failed & completed, Failure.EARLY: failed & ~completed}
+        return np.where(occurred[event.failure], np.inf, score)
 
     def fly(self, points: Points) -> pa.Table:
         """The flights of these points, one row each. Raises UserError for values that cannot be flown."""
         with np.errstate(all="ignore"):
             return self.flyer.fly_values(points.noise, values(self.campaign.file, points.latent))
-
-
-def failed_in_this_way(table: pa.Table, failure: Failure) -> NDArray[np.bool_]:
-    failed: NDArray[np.bool_] = ~table[SUCCESS].to_numpy()
-    completed: NDArray[np.bool_] = table[OUTCOME].to_numpy() == OUTCOMES[0]
-    of_this_kind = {Failure.ANY: failed, Failure.ABOVE: failed & completed, Failure.EARLY: failed & ~completed}
-    return of_this_kind[failure]
 
 
 def scale(column: NDArray[np.float64]) -> Scale:

@@ -133,7 +133,10 @@ def tuning_request(path: Path, text: str, content: dict[str, object], folder: Pa
     mission = check_mission(content, str(path), folder)
     section = mission.tune
     if section is None:
-        raise UserError(f"{path}: {what_to_tune(tunable(mission))}")
+        if not (keys := tunable(mission)):
+            raise UserError(f"{path}: [tune] is missing, and the controller has no gains to tune")
+        listing = f'list the gains to tune, as in gains = {{ "{keys[0]}" = {{}} }}; allowed: {", ".join(keys)}'
+        raise UserError(f"{path}: [tune] is missing; {listing}")
     with errors_in(path):
         gains = gains_of(section, mission)
     for one in gains if apart else ():
@@ -163,13 +166,6 @@ def required_margins(mission: Mission) -> dict[str, Constraint]:
         return {}
     least = {name: min(now[name], one.least or 0.0) for name, one in wanted.items()}
     return {name: Constraint(least=value) for name, value in least.items() if value > 0.0}
-
-
-def what_to_tune(keys: Sequence[str]) -> str:
-    """What a mission needs to be tuned. keys: of its controller."""
-    if not keys:
-        return "[tune] is missing, and the controller has no gains to tune"
-    return f'[tune] is missing; list the gains to tune, as in gains = {{ "{keys[0]}" = {{}} }}; allowed: {", ".join(keys)}'
 
 
 class CandidateFlyer:
