@@ -179,10 +179,14 @@ class PlainCommand(TyperCommand):
     def collect_usage_pieces(self, ctx: "Context") -> list[str]:
         return [re.sub("[{}]", "", piece) for piece in super().collect_usage_pieces(ctx)]
 
-    def format_options(self, ctx: "Context", formatter: "HelpFormatter") -> None:
+    def records(self, ctx: "Context") -> list[tuple[str, str, str]]:
+        """Kind, name and help of each."""
         found = [(one.param_type_name, *(one.get_help_record(ctx) or ("", ""))) for one in self.get_params(ctx)]
+        return [(kind, re.sub(" <.*>", "", name), told) for kind, name, told in found]
+
+    def format_options(self, ctx: "Context", formatter: "HelpFormatter") -> None:
         for kind, heading in (("argument", "Arguments"), ("option", "Options")):
-            rows = [(re.sub(" <.*>", "", name), told) for one, name, told in found if one == kind]
+            rows = [(name, told) for one, name, told in self.records(ctx) if one == kind]
             if rows:
                 with formatter.section(heading):
                     formatter.write_dl(rows)
