@@ -396,7 +396,7 @@ def test_a_mission_of_absurd_depth_is_no_flight(tmp_path):
     content = {}
     for _ in range(5000):
         content = {"path": [content]}
-    assert plan_again(content).why_not == "its metrics.json does not describe a flight"
+    assert plan_again(content) == (None, None, "its metrics.json does not describe a flight")
     folder = spoilt(tmp_path / "deep", **BASE)
     (folder / "metrics.json").write_text('{"mission": ' + '{"path": [' * 450 + "]}" * 450 + "}")
     assert open_result(folder)
