@@ -545,15 +545,18 @@ def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, f
 def test_of_two_flights_of_one_path_the_errors_are_drawn_over_time_and_their_loops_are_rows(tmp_path):
     for name, error, word in (("near_d", 0.039, "sound"), ("far", 0.074, "fragile")):
         rest = {"grade": word, "why": f"{word}, as it is"}
-        spoilt(tmp_path / name, name=name, **{"outcome": "completed", "ended[s]": 1.0, "mission": {}, "margins_at_rest": rest})
+        mission = {"controller": {"type": {"near_d": "geometric", "far": "lqr"}[name]}}
+        numbers = {"outcome": "completed", "ended[s]": 1.0, "mission": mission, "margins_at_rest": rest}
+        spoilt(tmp_path / name, name=name, **numbers)
         rows = "".join(f"{0.1 * i},{error * i / 10},0,1,0,0,1\n" for i in range(11))
         (tmp_path / name / "flight.csv").write_text("t[s],x[m],y[m],z[m],x_d[m],y_d[m],z_d[m]\n" + rows)
     text = answer(tmp_path, "/compare?a=near_d&b=far").text
     (told,) = (json.loads(unescape(one)) for one in re.findall(r'data-axes="([^"]*)"', text))
     assert [one["name"] for one in told[0]["curves"]] == ["“near_d”", "“far”"]
     assert told[0]["up"] == "distance [mm]" and 74.0 < told[0]["y"]["high"] < 90.0
-    rows = re.findall(r"<tr><td>(loop at rest|its margins)</td><td[^>]*>(.*?)</td><td[^>]*>(.*?)</td>", text)
-    assert rows == [("loop at rest", "sound", "fragile"), ("its margins", "sound, as it is", "fragile, as it is")]
+    rows = re.findall(r"<tr><td>(controller|loop at rest|its margins)</td><td[^>]*>(.*?)</td><td[^>]*>(.*?)</td>", text)
+    assert rows[0] == ("controller", "geometric", "lqr"), "whatever the flights are called"
+    assert rows[1:] == [("loop at rest", "sound", "fragile"), ("its margins", "sound, as it is", "fragile, as it is")]
     assert '<b class="fair"><span aria-hidden="true">!</span> fragile</b>' in answer(tmp_path, "/").text
 
 

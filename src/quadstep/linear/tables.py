@@ -145,7 +145,10 @@ NEAR_ENOUGH = 1.0
 """A curve is drawn no coarser than this about a gain margin [dB]."""
 
 REACH = 3.0
-"""Range of a Nyquist plot above and below the critical point."""
+"""Range of a Nyquist plot above and below the critical point, unless a curve crosses the real axis farther to the left."""
+
+FARTHEST = 8.0
+"""Crossings of the real axis beyond are off the plot."""
 
 
 class OpenLoop(NamedTuple):
@@ -254,9 +257,12 @@ def draw_nyquist(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
         for i, channel in enumerate(shown.channels):
             axes.plot(shown.loop[:, i].real, shown.loop[:, i].imag, label=channel.name, **LINES[i % len(LINES)])
         axes.plot([-1.0], [0.0], "+", color="black", markersize=9)
-        across = REACH * figure.get_figwidth() / figure.get_figheight()
+        shape, left = figure.get_figwidth() / figure.get_figheight(), -shown.loop.real[1:]
+        crossed = left[(np.diff(np.signbit(shown.loop.imag), axis=0) != 0) & (left < FARTHEST)]
+        reach = max(REACH, (float(crossed.max(initial=0.0)) - 0.8) / (0.9 * shape))
+        across = reach * shape
         axes.set_xlim(-1.0 - 0.9 * across, -1.0 + 1.1 * across)
-        axes.set_ylim(-REACH, REACH)
+        axes.set_ylim(-reach, reach)
         axes.set_aspect("equal")
         axes.set_xlabel("real part of L")
         axes.set_ylabel("imaginary part of L")

@@ -56,8 +56,8 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     rows = [*grades(*contents)] if header[-1] == names[-1] else [[*one, "–"] for one in grades(*contents)]
     rows += [[words(key), *row(key, first.get(key), second.get(key))][: len(header)] for key in keys[:MOST_ROWS]]
     errors = [
-        markup.Fact(f"{name}: position RMSE", units.quantity(one.rmse, "m"))
-        for name, one in zip(names, results, strict=True) if one.rmse is not None
+        markup.Fact(f"{name}: position RMSE", units.quantity(one.rmse, "m"), flew and f"controller: {flew}")
+        for name, one, flew in zip(names, results, map(controller, contents), strict=True) if one.rmse is not None
     ]  # fmt: skip
     body = [markup.summary(unlike or conditions(*contents) + answer(quoted, first, second), errors)]
     places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
@@ -92,14 +92,20 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
 
 
 def grades(*contents: Metrics) -> list[list[str]]:
-    """Rows of the grades of both flights, and of both loops at rest, where both are known."""
+    """Rows of the controllers and grades of both flights, and of both loops at rest, where both are known."""
     rest = [section(one, AT_REST) for one in contents]
     rows = [
+        ["controller", *map(controller, contents)],
         ["grade", *map(grade, contents)],
         ["loop at rest", *map(loop_grade, contents)],
         ["its margins", *(str(one.get("why", "")) for one in rest)],
     ]
     return [one for one in rows if all(one[1:])]
+
+
+def controller(content: Metrics) -> str:
+    """The type of the controller that flew; empty where it is not known."""
+    return str(section(section(content, "mission"), "controller").get("type", ""))
 
 
 def errors_figure(names: list[str], contents: Sequence[Metrics], folders: Sequence[Path]) -> str:
@@ -211,7 +217,7 @@ def value(one: float, unit: str, largest: float) -> str:
     if unit == "-" and one.is_integer() and abs(one) < 1e9:
         return f"{one:.0f}"
     suited = units.of_angle if unit in units.ANGLES else units.handy
-    unit, factor = suited(unit, abs(one) if 0.0 < abs(one) < 0.01 * largest else largest)
+    unit, factor = suited(unit, abs(one) if 0.0 < abs(one) < 1e-4 * largest else largest)
     return units.number(factor * one) + units.unit_suffix(unit)
 
 

@@ -222,7 +222,7 @@ def caption(envelope: Envelope, linked: bool) -> str:
     """What the map shows. linked: whether cells with a dot are links."""
     cells, seen = envelope.cells, coloured(envelope.cells)
     several = envelope.asked.flights > 1
-    parts = [f"Click a white dot to see the {'first ' if several else ''}flight of that cell."] * linked
+    parts = [f"Click a dot to see the {'first ' if several else ''}flight of that cell."] * linked
     if not seen.all():
         few = "in which fewer than half of the flights succeed" if several else "whose flight fails"
         look = "Hatched by cause" if cells.cause[~seen].any() else "Dotted"

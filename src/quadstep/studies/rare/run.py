@@ -159,7 +159,7 @@ def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> No
             draw_event(axes, names[place], pieces)
             logarithmic(axes, "y")
             axes.set_title(f"Failures: {names[place].replace(', above', ', but above')}")
-            axes.set_ylabel("probability")
+            axes.set_ylabel("probability" if place % columns == 0 else "")  # of its row
             axes.tick_params(labelleft=True)
 
 

@@ -43,6 +43,7 @@ def evidence(
         f"Objective ({AGGREGATES[request.section.aggregate]} over the flights used for tuning): {units.number(before)} "
         f"before, {units.number(after)} after {result.history[-1].flights} flights. history.csv lists every candidate."
     )
+    missed = any(not one.judged.feasible and math.isfinite(one.judged.objective) for one in result.history)
     return Evidence(
         name=request.mission.name,
         kind="Tuning",
@@ -53,7 +54,8 @@ def evidence(
         figures=[
             Figure(
                 figure,
-                f"Above: the objective of each candidate, {units.number(before)} at first, {units.number(after)} at last. "
+                f"Above: the objective of each candidate, {units.number(before)} at first, {units.number(after)} at last"
+                f"{'; a cross is a candidate that misses a constraint or loses a flight' * missed}. "
                 "Below: the best gains so far, each from the low to the high end of its range, which the legend says.",
             )
         ],
