@@ -318,12 +318,12 @@ def test_every_key_of_every_file_says_what_it_means(name):
 
 def test_keys_say_unit_range_and_default():
     text = "".join(map(keys.page, keys.FILES))
-    assert "| `radius` | radius of the circle | a number above 0 | m | needed |" in text
+    assert "| `radius` | radius of the circle | a positive number | m | needed |" in text
     assert " | a number from 3 to 305 | m | `6.096` |" in text
     assert "| `wheelbase` | distance between diagonally opposite motors | a number from 0.001 to 1000 | m | needed |" in text
     assert ' | `"standard"`, `"printed"`, `"rigid"` |  | `"standard"` |' in text
     assert re.search(
-        r"^\| `k_x` \| stiffness of .* \| one number or three numbers above 0 \| 1/s\^2 \| `14.61` \(x500\) \|$",
+        r"^\| `k_x` \| stiffness of .* \| one or three positive numbers \| 1/s\^2 \| `14.61` \(x500\) \|$",
         text,
         re.M,
     )
@@ -331,6 +331,11 @@ def test_keys_say_unit_range_and_default():
     assert "### rotation-backstepping: nets" in text
     assert "| `controller` | the control law | one of the tables " in text
     assert "the paper's disturbance (Eq. 67), plus" in text
+    assert re.search(r"^\| `p_roll` .* \| a number from 0 to 250 \|", text, re.M)
+    assert re.search(r"^\| `pitch` \|.* \| a number above 0 and below 1.5708 \|", text, re.M)
+    assert "| a list of at least 6 positive numbers |" in text
+    assert re.search(r"^\| `inputs` .* \| a list of lists of numbers \|", text, re.M)
+    assert not re.search(r"from 0 from|list of an? |table of an? |table of values", text)
 
 
 def test_the_index_of_equations_has_each_with_file_and_test():

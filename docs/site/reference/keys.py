@@ -149,36 +149,63 @@ def tables_in(model: Model, field: FieldInfo) -> list[Model]:
 
 ENDS = ((annotated_types.Gt, "gt", "above"), (annotated_types.Ge, "ge", "from"), (annotated_types.Lt, "lt", "below"))
 
+SIGNS = {"above 0": "positive ", "from 0": "non-negative "}
+"""Of numbers whose range has but one end, at 0: said before them."""
+
 
 def ends(notes: list[Any]) -> str:
     """A range in words; nothing where there is none that matters."""
-    found = [f"{word} {getattr(note, key):g}" for note in notes for kind, key, word in ENDS if isinstance(note, kind)]
+    found = {
+        word: max(getattr(note, key) for note in notes if isinstance(note, kind))
+        for kind, key, word in ENDS
+        if any(isinstance(note, kind) for note in notes)
+    }
+    if len({"above", "from"} & found.keys()) == 2:
+        del found["from" if found["from"] <= found["above"] else "above"]  # the stricter says it
+    found = {word: end for word, end in found.items() if abs(end) < 1e9}
     most = [
         note.le
         for note in notes
         if isinstance(note, annotated_types.Le) and isinstance(note.le, int | float) and note.le < 1e6
     ]
-    found = [one for one in found if one not in ("from -1e+09", "below 9.22337e+18")]
-    if any(one.startswith("from ") and one > "from 0" for one in found):
-        found = [one for one in found if one != "above 0"]  # said already
-    return " ".join([*found, *(f"to {one:g}" for one in most)])
+    if list(found) == ["from"] and most:
+        return f"from {found['from']:g} to {min(most):g}"
+    return " and ".join([*(f"{word} {end:g}" for word, end in found.items()), *(f"at most {min(most):g}" for _ in most[:1])])
+
+
+WORDS = {bool: "`true`, `false`", int: "a whole number", float: "a number", str: "text"}
+
+ANY = "values of any kind"
+
+SEVERAL = {bool: "`true` or `false`", int: "whole numbers", float: "numbers", str: "strings"}
+
+
+def several(kind: Any, least: str = "") -> str:
+    """What a list or a table of such entries takes."""
+    kind, notes = opened(kind)
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin is Literal:
+        return f"{least}values, each {' or '.join(code(repr(one)) for one in arguments)}"
+    if origin in (tuple, list):
+        return f"{least}lists of {several(arguments[0])}"
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return f"{least}[tables](#{anchor(kind)})"
+    within = ends(notes)
+    sign = SIGNS.get(within, "")
+    return f"{least}{sign}{SEVERAL.get(kind, ANY)}{f' {within}' if within and not sign else ''}"
 
 
 def of_entries(kind: Any, notes: list[Any]) -> str:
     """What a list takes."""
     inner = get_args(kind)
     checks = [note.func for note in notes if isinstance(note, AfterValidator)]
-    each = "above 0" if positive in checks else "from 0" if non_negative in checks else ""
-    sizes = [(note.min_length, None) for note in notes if isinstance(note, annotated_types.MinLen)]
-    least = f", at least {sizes[0][0]}" if sizes and sizes[0][0] > 1 else ""
+    each = "positive " if positive in checks else "non-negative " if non_negative in checks else ""
+    sizes = [note.min_length for note in notes if isinstance(note, annotated_types.MinLen)]
     if len(inner) == 2 and inner[1] is Ellipsis:
-        return f"a list of {several(inner[0])}{least}"
+        return f"a list of {several(inner[0], f'at least {sizes[0]} ' if sizes and sizes[0] > 1 else '')}"
     words = {2: "two", 3: "three", 4: "four"}.get(len(inner), str(len(inner)))
-    alone = "one number or " if any(getattr(note, "func", None) is as_diagonal for note in notes) else ""
-    return f"{alone}{words} numbers {each}".strip()
-
-
-WORDS = {bool: "`true`, `false`", int: "a whole number", float: "a number", str: "text"}
+    alone = "one or " if any(getattr(note, "func", None) is as_diagonal for note in notes) else ""
+    return f"{alone}{words} {each}numbers"
 
 
 def takes(kind: Any, notes: tuple[Any, ...] = ()) -> str:
@@ -193,27 +220,16 @@ def takes(kind: Any, notes: tuple[Any, ...] = ()) -> str:
     elif origin is tuple:
         text = of_entries(kind, said)
     elif origin is dict:
-        text = f"a table of {several(arguments[1])}" if arguments[1] is not Any else "a table"
+        text = f"a table of {several(arguments[1])}".removesuffix(f" of {ANY}")
     elif origin is list:
         text = f"a list of {several(arguments[0])}"
     elif isinstance(kind, type) and issubclass(kind, BaseModel):
         text = f"[{kind_name(kind)}](#{anchor(kind)})"
     else:
-        text = f"{WORDS.get(kind, 'anything')} {ends(said)}".strip()
+        within = ends(said)
+        sign = SIGNS.get(within) if kind is float else None
+        text = f"a {sign}number" if sign else f"{WORDS.get(kind, 'anything')} {within}".strip()
     return text
-
-
-PLURALS = {
-    "a number above 0": "positive numbers", "a number": "numbers", "a list": "lists", "[a table]": "[tables]",
-    "anything": "values",
-}  # fmt: skip
-
-
-def several(kind: Any) -> str:
-    """What the entries of a list or a table may hold, in words."""
-    said = takes(kind)
-    one, many = next(((one, many) for one, many in PLURALS.items() if said.startswith(one)), ("", ""))
-    return many + said.removeprefix(one)
 
 
 def kind_name(model: Model) -> str:
