@@ -29,7 +29,7 @@ from quadstep.page.comparison import conditions, row, words
 from quadstep.page.folder import manifest, names_files, open_result, plan_again, read_log, results
 from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
-from quadstep.report.markup import page_text, summary
+from quadstep.report.markup import Fact, page_text, summary
 from quadstep.report.sheet import sheet
 from quadstep.studies.advise import advise, advise_dropped
 from quadstep.studies.fly import fly_mission
@@ -506,6 +506,29 @@ def test_of_two_the_closer_one_is_named(tmp_path):
         spoilt(tmp_path / one, **{"largest_tilt[rad]": 0.1, "overturned[rad]": 0.1})
     text = answer(tmp_path, "/compare?a=a&b=b").text
     assert "largest tilt" in text and "overturned" not in text
+
+
+def plain(text):
+    """A page's words, a blank for each mark and non-breaking blank."""
+    return re.sub(r"\s+", " ", unescape(re.sub(r"<[^>]*>", " ", text)))
+
+
+def test_of_two_campaigns_the_numbers_that_their_reports_begin_with_stand_beside_each_other(tmp_path):
+    for name, share in (("a", "61 %"), ("b", "75 %")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "campaign.json").write_text("{}")
+        facts = [Fact("succeed", share, "95 % interval: 48 % to 83 %")]
+        facts += [Fact("median position RMSE", "185 mm")] * (name == "a")
+        page = page_text(name, [summary("An answer.", facts)], "campaign")
+        (tmp_path / name / "report.html").write_text(page)
+    text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
+    assert "only their numbers can be compared" in text
+    assert "succeed 61 % (95 % interval: 48 % to 83 %) 75 % (95 % interval: 48 % to 83 %)" in text
+    assert "median position RMSE 185 mm –" in text
+    for name in ("a", "b"):
+        (tmp_path / name / "report.html").write_text(page_text(name, [summary("An answer.")], "campaign"))
+    text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
+    assert "neither has numbers to compare" in text and "only their numbers" not in text
 
 
 def test_the_numbers_of_a_row_have_one_unit_and_a_lost_flight_s_last_state_is_no_row(tmp_path):

@@ -75,7 +75,7 @@ def facts_tile(result: ResultFolder) -> str:
     """What a study's report begins with, in type that can be read."""
     if "flight.csv" in result.files or not result.facts:
         return ""
-    told = "".join(f"<span><b>{units.rich(value)}</b> {units.rich(what)}</span>" for what, value in result.facts)
+    told = "".join(f"<span><b>{units.rich(value)}</b> {units.rich(what)}</span>" for what, value, _ in result.facts[:2])
     return f'<p class="facts">{told}</p>'
 
 

@@ -55,11 +55,13 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     header = ("", *names, "second / first")[: 3 if unlike else 4]
     rows = [*grades(*contents)] if header[-1] == names[-1] else [[*one, "–"] for one in grades(*contents)]
     rows += [[words(key), *row(key, first.get(key), second.get(key))][: len(header)] for key in keys[:MOST_ROWS]]
+    if not keys:
+        header, rows = ("", *names), [*rows, *reported(*results)]
     errors = [
         markup.Fact(f"{name}: position RMSE", units.quantity(one.rmse, "m"), flew and f"controller: {flew}")
         for name, one, flew in zip(names, results, map(controller, contents), strict=True) if one.rmse is not None
     ]  # fmt: skip
-    body = [markup.summary(unlike or conditions(*contents) + answer(quoted, first, second), errors)]
+    body = [markup.summary(unlike or conditions(*contents) + answer(quoted, first, second, bool(rows)), errors)]
     places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
     pages = [f'<a href="{escape(best(one))}">{escape(name)}</a>' for one, name in zip(results, names, strict=True)]
     flights = all("flight.csv" in one.files for one in results)
@@ -83,8 +85,8 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         if flights:
             body.append(markup.links([(f"/both?{places}", "Both flights on one page")]))
             body.append(markup.paragraph(f"They fly different {things}, so they are not overlaid."))
-    body += [markup.heading("All numbers", "numbers")]
-    body += [markup.table(header, rows, escape) if rows else markup.paragraph("Neither result has numbers to compare.")]
+    title = "All numbers" if keys else "What their reports begin with"
+    body += [markup.heading(title, "numbers"), markup.table(header, rows, escape)] if rows else []
     body += [markup.paragraph("Metrics that are 0 in both are omitted.")] if len(keys) < len(every) else []
     return markup.page_text(
         f"{names[0]} and {names[1]}", [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE
@@ -197,11 +199,18 @@ def numbers(content: Metrics) -> dict[str, float]:
     return {key: float(one) for key, one in scalars(kept).items() if one is not None and abs(one) < 1e300}
 
 
-def answer(names: list[str], first: dict[str, float], second: dict[str, float]) -> str:
-    """Which is closer to its path, as far as that is known."""
+def reported(*results: ResultFolder) -> list[list[str]]:
+    """A row for each number that a report begins with, and what it says of it, such as its interval."""
+    told = [{what: f"{value} ({more})" if more else value for what, value, more in one.facts} for one in results]
+    return [[what, *(one.get(what, "–") for one in told)] for what in dict.fromkeys(name for one in told for name in one)]
+
+
+def answer(names: list[str], first: dict[str, float], second: dict[str, float], numbered: bool) -> str:
+    """Which is closer to its path, as far as that is known. numbered: whether there are numbers of either."""
     errors = [one.get(RMSE) for one in (first, second)]
     if errors[0] is None or errors[1] is None:
-        return f"{names[0]} and {names[1]}: only their numbers can be compared."
+        left = "only their numbers can be compared" if numbered else "neither has numbers to compare"
+        return f"{names[0]} and {names[1]}: {left}."
     if errors[0] == errors[1]:
         return "Both are equally close to their paths."
     near, far = (0, 1) if errors[0] < errors[1] else (1, 0)

@@ -50,8 +50,8 @@ class ResultFolder(NamedTuple):
     place: the folder, below the one that is served. says: how the flight ended, or what the report answers. changed: when its
     newest file was written, seconds since 1970. files: names of what can be opened, the best first. kind: what it is of.
     picture: a PNG of it, from there. rmse: of the position [m], of a flight that was not lost. grade: of a flight, as in
-    `quadstep.metrics.verdict`; empty if not known. facts: the first numbers of its report, what each is of and its value.
-    loop: the grade of a flight's loop at rest.
+    `quadstep.metrics.verdict`; empty if not known. facts: the first numbers of its report, what each is of, its value and
+    what is said of it, such as its interval. loop: the grade of a flight's loop at rest.
     """
 
     place: Path
@@ -63,7 +63,7 @@ class ResultFolder(NamedTuple):
     picture: str | None = None
     rmse: float | None = None
     grade: str = ""
-    facts: tuple[tuple[str, str], ...] = ()
+    facts: tuple[tuple[str, str, str], ...] = ()
     loop: str = ""
 
 
@@ -79,8 +79,8 @@ REPORT, HEAD = "report.html", 100_000
 
 TITLE, KIND = re.compile(r"<title>(.*?)</title>", re.DOTALL), re.compile(r"<span>quadstep · (.*?)</span>")
 ANSWER, TAG = re.compile(r'<p class="answer">(.*?)</p>', re.DOTALL), re.compile(r"<[^>]*>")
-FACT = re.compile(r"<div><dt>(.{1,400}?)</dt><dd>(.{1,400}?)(?:<small>|</dd>)")
-MOST_FACTS = 2
+FACT = re.compile(r"<div><dt>(.{1,400}?)</dt><dd>(.{1,400}?)(?:<small>(.{1,400}?)</small>)?</dd>")
+MOST_FACTS = 8
 
 
 class ReportOpening(NamedTuple):
@@ -89,7 +89,7 @@ class ReportOpening(NamedTuple):
     title: str = ""
     kind: str = ""
     answer: str = ""
-    facts: tuple[tuple[str, str], ...] = ()
+    facts: tuple[tuple[str, str, str], ...] = ()
 
 
 PICTURES = (
@@ -202,8 +202,8 @@ def report_opening(report: Path) -> ReportOpening:
         return ReportOpening()
     found = [one.search(head) for one in (TITLE, KIND, ANSWER)]
     title, kind, answer = (plain_text(one[1]) if one else "" for one in found)
-    facts = tuple((plain_text(one[1]), plain_text(one[2])) for one in islice(FACT.finditer(head), MOST_FACTS))
-    return ReportOpening(title, kind, answer, facts)
+    facts = (map(plain_text, one.groups("")) for one in islice(FACT.finditer(head), MOST_FACTS))
+    return ReportOpening(title, kind, answer, tuple((what, value, more) for what, value, more in facts))
 
 
 def plain_text(markup: str) -> str:
