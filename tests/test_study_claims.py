@@ -211,10 +211,14 @@ def test_a_larger_tilt_with_a_smaller_torque_is_not_a_larger_transient_in_both(d
 def test_the_nets_cause_the_transients_only_if_these_are_gone_without_them(doctored):
     name = "transients caused by the nets"
     assert doctored.verdict(name) is ClaimVerdict.FAILS
+    assert "The claim holds for the tilt and fails for the torque; it needs both." in doctored.claim(name).measured
     without = doctored.study.further["case3 without nets"]
     without["largest_tilt[rad]"] = 0.01
     without["tau_theta"]["largest[N m]"] = without["tau_phi"]["largest[N m]"] = 1.0
     assert doctored.verdict(name) is ClaimVerdict.HOLDS
+    without["largest_tilt[rad]"] = 9.0
+    assert doctored.verdict(name) is ClaimVerdict.FAILS
+    assert "The claim fails for the tilt and holds for the torque" in doctored.claim(name).measured
 
 
 def test_a_wide_range_holds_if_no_flight_with_nets_diverges(doctored):

@@ -131,12 +131,13 @@ def transients(study: PaperStudy) -> Claim:
 def transient_cause(study: PaperStudy) -> Claim:
     """Case 3, the reason that the paper gives."""
     (tilt, torque), (tilt_off, torque_off) = peaks(study.cases["case3_adaptive"]), peaks(study.further["case3 without nets"])
+    of_tilt, of_torque = judge(tilt_off < 0.8 * tilt), judge(torque_off < 0.8 * torque)
     return Claim(
         "transients caused by the nets",
         "This is because of the transient phase of NN weights from their initial assigned values of zero.",
         f"With nets off, tilt and torque reach {degrees(tilt_off):.0f}° and {torque_off:.0f} N m, with nets on "
-        f"{degrees(tilt):.0f}° and {torque:.0f} N m. The nets add to the tilt; the torque comes from the start off the path "
-        "and the gains.",
-        judge(tilt_off < 0.8 * tilt and torque_off < 0.8 * torque),
+        f"{degrees(tilt):.0f}° and {torque:.0f} N m. The claim {of_tilt.value} for the tilt and {of_torque.value} for the "
+        "torque; it needs both.",
+        judge(of_tilt is of_torque is ClaimVerdict.HOLDS),
         {"nets_on": [tilt, torque], "nets_off": [tilt_off, torque_off]},
     )
