@@ -133,6 +133,8 @@ def test_what_the_page_is_told_of_a_real_vehicle(page):
             continue
         assert len(kinds) >= len(GHOSTS)
         assert set(GHOSTS) <= {*kinds, FLIGHTS[name].get("controller", {}).get("type")}
+        own = [control for one in flight["controllers"] for control in one["controls"]]
+        assert all(len(control["hint"]) > 5 for control in (*flight["controls"], *own))
         scene = flight["scene"]
         assert scene["attitude"] == {"kind": "quaternion", "columns": ["q_w", "q_x", "q_y", "q_z"]}
         assert [rotor["force"] for rotor in scene["rotors"]] == ["f1", "f2", "f3", "f4"]

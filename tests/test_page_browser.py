@@ -507,6 +507,7 @@ def test_divergence_is_told(open_page):
         page.locator("#conditions").inner_text()
         == "Theorem 5.1: 6 of 6 gain conditions hold\nrepaired theorem at hover: 0 of 1"
     )
+    assert page.locator("#conditions .bad").all_inner_texts() == ["repaired theorem at hover: 0 of 1"]
     assert page.locator("#promise").inner_text().endswith("that of the repaired theorem does not hold.")
 
 

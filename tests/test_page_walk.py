@@ -3,9 +3,10 @@
 import pytest
 
 from quadstep.page.build import fly_missions
-from quadstep.page.story import read_story
+from quadstep.page.story import OWN, read_story
 from tests.browsers import axe
 from tests.commands import LINE, write
+from tests.missions import EXAMPLES
 from tests.needs import CHROMIUM, needs, package
 
 package("playwright")
@@ -102,3 +103,33 @@ def test_a_step_waits_for_a_guess_then_flies_and_says_what_was_right(open_page, 
         assert plot["y"] + plot["height"] <= 740
     assert page.locator(".guide-trial .guide-text").first.is_visible()
     assert axe(page) == []
+
+
+CALM = """
+[controller]
+type = "backstepping"
+Lambda2 = 0.5
+[disturbance]
+scale = 0.0
+"""
+
+
+def test_a_step_that_wants_a_flight_as_asked_is_not_done_by_one_that_begins_to_swing(open_page, tmp_path):
+    write(tmp_path, (EXAMPLES / "case1.toml").read_text() + CALM, "mission.toml")
+    wanted = STEP.format(number=1).replace('"K_r1"', '"K_r2"').replace('"net"', '"position-error"\nas_asked = true')
+    step = wanted.replace("as_asked", "success = { rmse = [0.0, 0.01] }\nas_asked")
+    story = write(tmp_path, "# A walk\n\n" + step, "story.md")
+    page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"))
+    page.click("#guide-start")
+    for gain, told in ((70.0, "Try to reach"), (75.0, "✓ Done"), (6.0, "Try to reach")):
+        page.evaluate("gain => quadstep.setControl('K_r2', [gain, gain, gain])", gain)
+        assert (
+            page.locator(".guide-goal").inner_text() == f"{told}: a flight as asked with RMSE up to 10.0\N{NO-BREAK SPACE}mm."
+        )
+
+
+def test_only_a_control_that_changes_how_long_the_path_takes_hides_that_it_is_flown_in_part(open_page, tmp_path):
+    page = open_page(file=write(tmp_path, fly_missions([OWN.parent / "rotor.toml"]), "page.html"))
+    for control, value, said in (("radius", 2.9, True), ("period", 9.5, False)):
+        page.evaluate("([control, value]) => quadstep.setControl(control, value)", [control, value])
+        assert ("Only the first 12 s of a path of" in page.locator("#summary-words").inner_text()) == said

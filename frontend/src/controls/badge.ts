@@ -9,17 +9,16 @@ import { closed, rich } from "../view/notation";
 
 export function badge(host: HTMLElement, shown: Shown): void {
   const { flight, conditions, ghost, live, graded, whole } = shown;
-  const broken = conditions.filter((judged) => !judged.holds);
-  const theorem = counts(conditions);
+  const theorems = counts(conditions);
   const mark = markOf(shown);
-  const covers = !theorem ? "" : shown.data.summary.limit !== null ? LIMITED : mark.kind === "bad" ? promise(shown) : "";
+  const covers = !theorems.length ? "" : shown.data.summary.limit !== null ? LIMITED : mark.kind === "bad" ? promise(shown) : "";
 
   const summary = h(
     "summary",
     {},
     h("span", { class: `mark ${mark.kind}`, "aria-hidden": "true" }, mark.glyph),
     h("span", { id: "outcome" }, outcome(shown)),
-    theorem ? h("span", { id: "conditions", class: broken.length ? "bad" : "good" }, theorem) : null,
+    theorems.length ? h("span", { id: "conditions" }, ...theorems) : null,
     covers ? h("span", { id: "promise" }, covers) : null,
   );
   const details = h("details", { class: "badge" }, summary, h("div", { class: "sheet" }));
@@ -80,14 +79,14 @@ function inWords({ flight, graded: { grade, labels }, whole }: Shown): string {
 }
 
 /** How many conditions of each theorem hold. */
-function counts(conditions: readonly Judged[]): string {
+function counts(conditions: readonly Judged[]): HTMLElement[] {
   const sources = [...new Set(conditions.map(({ condition }) => condition.source))];
-  return sources
-    .map((source, i) => {
-      const own = conditions.filter(({ condition }) => condition.source === source);
-      return `${source}: ${own.filter(({ holds }) => holds).length} of ${own.length}${i ? "" : ` gain conditions ${own.length === 1 ? "holds" : "hold"}`}`;
-    })
-    .join("\n");
+  return sources.map((source, i) => {
+    const own = conditions.filter(({ condition }) => condition.source === source);
+    const holding = own.filter(({ holds }) => holds).length;
+    const text = `${source}: ${holding} of ${own.length}${i ? "" : ` gain conditions ${own.length === 1 ? "holds" : "hold"}`}`;
+    return h("span", { class: holding < own.length ? "bad" : "good" }, text);
+  });
 }
 
 /** A sentence where the flight of the file ends otherwise than Python found: chaotic flights do, by the last bit. */

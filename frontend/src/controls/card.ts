@@ -40,7 +40,7 @@ function about(control: Control): { button: HTMLElement; line: HTMLElement; orig
   const shown = (value: number): string => (control.kind === "toggle" ? (value ? "on" : "off") : join(plain(value), prose(plainUnit(control.unit))));
   const far = h("span");
   const file = original === null ? control.components.map(({ label, value }) => `${flat(label)} ${shown(value)}`).join(", ") : shown(original);
-  const line = h("p", { class: "hint", id: `about-${++made}`, hidden: true }, ...rich(closed(control.hint || "A number of the mission")), " ", far, `Original: ${file}.`);
+  const line = h("p", { class: "hint", id: `about-${++made}`, hidden: true }, ...rich(closed(control.hint)), " ", far, `Original: ${file}.`);
   const button = h("button", { type: "button", class: "about", "aria-expanded": "false", "aria-controls": line.id, "aria-label": `About ${spoken(control.label)}` }, "?");
   button.addEventListener("click", (event) => {
     event.preventDefault(); // within a label it would switch as well

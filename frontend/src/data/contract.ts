@@ -72,6 +72,8 @@ export interface StepData {
   readonly guess: Guess | null;
   /** Within what numbers of a flight that completes have to be [m, rad]. */
   readonly success: Readonly<Partial<Record<"rmse" | "largest" | "tilt", readonly [number, number]>>>;
+  /** Whether its grade has to be "as asked", too. */
+  readonly asAsked: boolean;
 }
 
 /** A question before a step's flight. */

@@ -11,6 +11,7 @@ import { closed, prose } from "../view/notation";
 import { markOf } from "./grade";
 import type { Measures } from "./measure";
 
+const AS_LONG = new Set(["radius", "size", "target", "yaw_end"]); // of a path, what does not change how long it takes
 const QUIET = 700; // ms without a change before a screen reader is told
 
 export class SummaryStrip {
@@ -72,9 +73,9 @@ function comparable({ flight, data, whole }: Shown): boolean {
 function besides(shown: Shown): string[] {
   const { flight, data, settings, graded, asFiled, whole } = shown;
   if (whole !== undefined) return ["While you drag, numbers and plots cover only this beginning."];
-  const samePath = data.controls.every(({ id, group }) => group !== "Path" || !settings.values[id]);
+  const sameTime = data.controls.every(({ id, group }) => group !== "Path" || AS_LONG.has(id) || !settings.values[id]);
   const why = flight.held
-    ? [graded.left, ...graded.reasons, graded.advice, samePath ? data.summary.cut : ""]
+    ? [graded.left, ...graded.reasons, graded.advice, sameTime ? data.summary.cut : ""]
     : [`${flight.why || "it was lost"}${data.whyNot ? "" : "; the numbers stop there"}`];
   const original = data.outcome.grade === "lost" ? `was lost at ${data.outcome.ended.toFixed(2)} s` : `flew for ${number(data.outcome.ended, 3)} s`;
   const compared = asFiled || comparable(shown) ? "" : `the original ${original}`;

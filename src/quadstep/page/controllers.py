@@ -43,7 +43,8 @@ MOST_SLIDERS = 60
 ROOM_FOR_GHOSTS = 800_000
 """Characters of laws up to which controllers are added beside the missions' own."""
 
-LEARNING, DAMPING = "Learning rate of Eq. 54.", "Damping of the weights in Eq. 54."
+LEARNING, DAMPING, STARTING = "Learning rate of Eq. 54.", "Damping of the weights in Eq. 54.", "When both nets switch on."
+UNDECLARED = "A number of this controller, which does not say what it means."
 
 
 def gain_sliders(declarations: Mapping[str, object], gains: object) -> list[Control]:
@@ -70,14 +71,14 @@ def net_sliders(declarations: Mapping[str, object], gains: object, section: Cont
     for name in (name for name, start in declarations.items() if isinstance(start, LearningStart)):
         never = parameter(f"gains.{name}", 0.0, 1, math.inf)
         found += [
-            from_zero("nets_start", "start of the nets", "s", one(nets.start, parameter(f"gains.{name}")), 20.0),
+            from_zero("nets_start", "start of the nets", "s", one(nets.start, parameter(f"gains.{name}")), 20.0, STARTING),
             Control(
                 "nets", "nets", "-", NETS, "Switches both nets off.", "toggle", "linear", 0, 1, 0, 1, 1,
                 (Component("", float(nets.enabled), (never,)),),
             ),
             Control(
-                "neurons", "neurons of each net", "-", NETS, "", "neurons", "linear", 1, most, 1, most, 1,
-                (Component("", nets.neurons, ()),),
+                "neurons", "neurons of each net", "-", NETS, "Size of the hidden layer.", "neurons", "linear",
+                1, most, 1, most, 1, (Component("", nets.neurons, ()),),
             ),
         ]  # fmt: skip
     for symbol, field, end, hint in (("F", "learning_rate", 50.0, LEARNING), ("kappa", "damping", 0.2, DAMPING)):
@@ -124,9 +125,9 @@ def plain_slider(name: str, components: list[Component]) -> Control:
     values = [component.value for component in components]
     label = Gain(None, "", "", key=name).label
     if min(values) > 0.0:
-        made = control(name, label, "", components, (min(values) / 10.0, max(values) * 10.0), "", "log", POSITIVE)
+        made = control(name, label, "", components, (min(values) / 10.0, max(values) * 10.0), UNDECLARED, "log", POSITIVE)
     else:
-        made = control(name, label, "", components, (-10.0, 10.0))
+        made = control(name, label, "", components, (-10.0, 10.0), UNDECLARED)
     return made._replace(group=GAINS)
 
 

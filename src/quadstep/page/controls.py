@@ -111,7 +111,7 @@ def shared_controls(mission: LagrangeMission, plan: FlightPlan) -> list[Control]
     angles = [
         Component(angle, float(tilt[place]), (Effect("start", f"attitude.{place}"),)) for place, angle in enumerate(ANGLES)
     ]
-    tilted = control("tilt", "initial attitude", "rad", angles, (-1.0, 1.0), bounds=(-1.5, 1.5))
+    tilted = control("tilt", "initial attitude", "rad", angles, (-1.0, 1.0), "Angles at t = 0.", bounds=(-1.5, 1.5))
     return [
         *grouped("Path", *path_controls(mission, plan.ticks)),
         *grouped("Vehicle", *vehicle_controls(mission)),
@@ -163,9 +163,10 @@ def wind_controls(wind: object) -> list[Control]:
     """Mean and gust, or what a wind of the user's own declares."""
     if not isinstance(wind, Wind):
         return number_sliders(wind, "wind")
+    mean, gust = (vector_components(one, AXES, f"wind.{name}") for name, one in (("mean", wind.mean), ("gust", wind.gust)))
     return [
-        control("wind", "mean wind", "m/s", vector_components(wind.mean, AXES, "wind.mean"), (-10.0, 10.0)),
-        control("gust", "gust", "m/s", vector_components(wind.gust, AXES, "wind.gust"), (-10.0, 10.0)),
+        control("wind", "mean wind", "m/s", mean, (-10.0, 10.0), "Velocity of the air."),
+        control("gust", "gust", "m/s", gust, (-10.0, 10.0), "Velocity at its peak, on top of the mean wind."),
     ]
 
 
@@ -197,7 +198,7 @@ def jerk_controls(path: MinimumJerkPath, ticks: Ticks) -> list[Control]:
         control(
             "target", "target", "m", vector_components(path.end, AXES, "path.end"), (-reach, reach), "Where the path ends."
         ),
-        control("yaw_end", "final yaw", "rad", yaw, (-math.pi, math.pi)),
+        control("yaw_end", "final yaw", "rad", yaw, (-math.pi, math.pi), "Yaw where the path ends."),
     ]
 
 
@@ -208,19 +209,19 @@ def orbit_controls(path: CirclePath | FigureEightPath, mission: Mission, ticks: 
     if mission.simulation.duration is None:
         effects.append(Effect("duration", "", path.turns, 1, -path.turns * path.period, add=True))
     longest = (LONGEST_TICKS - ticks.last) * ticks.step / path.turns + path.period
-    bounds = (0.5, max(longest, path.period))
-    period = control("period", "time per turn", "s", one(path.period, *effects), (3.0, 60.0), "", "log", bounds)
+    turn, bounds = one(path.period, *effects), (0.5, max(longest, path.period))
+    period = control("period", "time per turn", "s", turn, (3.0, 60.0), "Once around the path.", "log", bounds)
     if isinstance(path, CirclePath):
         sizes = [parameter("path.amplitude.0"), parameter("path.amplitude.1", -1.0 if path.clockwise else 1.0)]
         if cast("MultirotorMission | LagrangeMission", mission).start.position is None:
             sizes.append(Effect("start", "position.0", 1.0, 1, -path.radius, add=True))
-        return [period, positive("radius", "radius", "m", one(path.radius, *sizes))]
+        return [period, positive("radius", "radius", "m", one(path.radius, *sizes), "Radius of the circle.")]
     across = 1 if path.plane == "horizontal" else 2
     halves = [
         Component("length", path.length, (parameter("path.amplitude.0", 0.5),)),
         Component("width", path.width, (parameter(f"path.amplitude.{across}", 0.5),)),
     ]
-    return [period, positive("size", "length and width", "m", halves)]
+    return [period, positive("size", "length and width", "m", halves, "Size of the figure eight.")]
 
 
 def vehicle_controls(mission: LagrangeMission) -> list[Control]:
@@ -237,7 +238,7 @@ def vehicle_controls(mission: LagrangeMission) -> list[Control]:
             Component("least", least, (parameter("vehicle.rotors.minimum"),)),
             Component("greatest", greatest, (parameter("vehicle.rotors.maximum"),)),
         ]
-        controls.append(from_zero("limits", "thrust limits of a rotor", "N", limits, 2.0 * greatest))
+        controls.append(from_zero("limits", "thrust limits of a rotor", "N", limits, 2.0 * greatest, "The same for all."))
     return controls
 
 
@@ -254,6 +255,6 @@ def disturbance_controls(mission: LagrangeMission, disturbance: object) -> list[
     )
     return [
         control("disturbance", "disturbance (Eq. 67), times", "-", times, (0.0, 10.0), hint),
-        control("wind", "wind, as a steady force", "N", force, (-0.5 * weight, 0.5 * weight)),
-        control("torque", "steady torque", "N m", torque, (-5.0, 5.0)),
+        control("wind", "wind, as a steady force", "N", force, (-0.5 * weight, 0.5 * weight), "Constant force in world axes."),
+        control("torque", "steady torque", "N m", torque, (-5.0, 5.0), "Constant torque on psi, theta, phi."),
     ]

@@ -237,7 +237,7 @@ class StepView(NamedTuple):
     """A step of a walk. values: by the key under which the page keeps settings. move: a control, "controller" or "ghost".
 
     watch: a panel's id, "net" or "scene". time: where the cursor starts [s]. window: the stretch of time of the plots [s].
-    success: within what a completed flight's numbers have to be, by the page's names of measures [m, rad].
+    success: within what a completed flight's numbers have to be, by the names of measures [m, rad]. asAsked: its grade, too.
     """
 
     title: str
@@ -253,6 +253,7 @@ class StepView(NamedTuple):
     camera: str
     guess: GuessView | None
     success: dict[str, list[float]]
+    asAsked: bool  # noqa: N815
 
 
 class StoryView(NamedTuple):

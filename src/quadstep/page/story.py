@@ -92,6 +92,7 @@ class Settings(Section):
     camera: Annotated[str, Field(pattern="^(orbit|follow)$")] = "orbit"
     guess: Guess | None = None
     success: dict[Measure, Annotated[list[float], AfterValidator(as_range)]] = Field(default_factory=dict)
+    as_asked: bool = False
 
 
 class StoryStep(NamedTuple):
@@ -195,7 +196,7 @@ def step_view(written: StoryStep, flight: FlightData, where: str, laws: Laws) ->
     watched = chosen(settings.watch, [SCENE, *net, *(panel.id for panel in flight.panels)], f"{where}: watch")
     return StepView(
         title, text, flight.id, controller.id, ghost, values, moved, watched, settings.time, settings.window, settings.camera,
-        asked, {str(name): span for name, span in settings.success.items()},
+        asked, {str(name): span for name, span in settings.success.items()}, settings.as_asked,
     )  # fmt: skip
 
 
