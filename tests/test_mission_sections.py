@@ -236,9 +236,11 @@ def test_the_theorem_asks_for_k_r2_above_j_m_times_the_largest_lambda2(axis, nam
             assert all(part in flight.warnings[0] for part in ("K_r2", f"({name})", "240", "Theorem 5.1"))
 
 
-def test_the_condition_counts_with_the_mass_the_controller_believes():
-    assert len(backstepping(mass=2.9).warnings) == 0
-    assert len(backstepping(mass=3.0).warnings) == 3
+def test_the_condition_counts_with_the_mass_that_flies_not_the_one_the_controller_assumes():
+    assert len(backstepping(mass=3.0).warnings) == 0
+    controller = {"type": "backstepping", "mass": 1.0}
+    assert len(plan(vehicle={"mass": 2.9}, controller=controller).warnings) == 0
+    assert len(plan(vehicle={"mass": 3.0}, controller=controller).warnings) == 3
 
 
 @pytest.mark.parametrize("index", [0, 1, 2])

@@ -280,7 +280,7 @@ def shown(text):
 
 
 def test_the_report_holds_all_figures_and_tables(page, report, claims, metrics):
-    assert report.count("<figure>") == len(FIGURES)
+    assert len(re.findall("<figure[ >]", report)) == len(FIGURES)
     judged, full, cases, starts, stress, chosen = page.tables
     assert [row[0] for row in judged[1:]] == [shown(claim["name"]) for claim in claims]
     assert [row[-1] for row in judged[1:]] == [claim["verdict"] for claim in claims]

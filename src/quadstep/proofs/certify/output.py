@@ -305,7 +305,7 @@ def seen(c: FlightCertificate) -> str:
     return (
         f"{until}{of_ball(c)}. Theorem 5.1 promises only that L falls outside the ball b_r. "
         "Areas: what each term of L_dot has added to L up to then, or taken from it; sampling is what the others leave, as "
-        "commands are held between samples. Black: their sum, by which L has changed since the start."
+        "commands are held between samples. Line: their sum, by which L has changed since the start."
     )
 
 
