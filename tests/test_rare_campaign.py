@@ -3,12 +3,15 @@
 import json
 import os
 import signal
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from quadstep.io.errors import InterruptedRun
 from quadstep.numbers.noise import probability
+from quadstep.report.markup import figure
+from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.run import CampaignRequest
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.rare import run
@@ -69,6 +72,19 @@ def written(folder, rest=VARY + FAILURE + RARE, mission=MISSION):
 def kept(folder):
     """rare.json."""
     return json.loads((folder / "rare.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("kinds", [1, 2, 3])
+def test_the_kinds_of_failure_stand_below_one_another_on_a_phone(tmp_path, kinds):
+    names = ["spinning", "position RMSE, above 0.1 m", "lost"][:kinds]
+    events = [
+        SimpleNamespace(failure=one, levels=[(3.0, 0.1), (1.0, 1e-10)], probability=1e-12, score=["far"]) for one in names
+    ]
+    pieces = [SimpleNamespace(kind=one, events=events) for one in (run.PieceKind.REPLICATE.value, "opinion")]
+    run.draw_levels(tmp_path / "levels", pieces, Sheet(("svg",)))
+    strips = figure(tmp_path / "levels", "").split("<svg ")[1:]
+    assert len(strips) == kinds
+    assert not any('class="wide"' in one for one in strips)
 
 
 def test_it_says_a_known_probability_and_the_most_likely_failure(tmp_path):

@@ -220,7 +220,7 @@ def in_strips(drawing: str) -> str:
 
 def strip(left: float, wide: float, high: float) -> str:
     """The attributes of an SVG that shows this part of a drawing [pt]."""
-    kind = ' class="wide"' if wide > 72.0 * PHONE + 1.0 else ""
+    kind = ' class="wide"' if wide > 1.06 * 72.0 * PHONE else ""  # on 360 pixels its text would have less than 9
     return f'width="{wide}pt" height="{high}pt" viewBox="{left} 0 {wide} {high}" style="--wide: {wide}"{kind}'
 
 
