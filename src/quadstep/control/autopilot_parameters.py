@@ -5,6 +5,7 @@ Betaflight's are facts of its documentation and behaviour, which `tests/test_con
 firmware itself. Choices are numbers in the order of `CHOICES`, as `dterm_lpf1_type = 1` for BIQUAD.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 from quadstep.interfaces.gain import parameter, switch
@@ -36,6 +37,14 @@ RENAMED = {
 """Names of Copter 4.7, and of 3.5 and before."""
 
 
+fixed = partial(parameter, tunable=False)
+
+
+def cutoff(name: str, default: float, what: str, high: float | None = None) -> Number:
+    """Declares the cut-off of a filter of ArduPilot's, which 0 switches off."""
+    return fixed(name, default, "Hz", f"cut-off of the {what}; 0: none", high=high)
+
+
 class RollParameters(NamedTuple):
     """ATC_RAT_RLL: from rad/s to shares of torque."""
 
@@ -43,12 +52,12 @@ class RollParameters(NamedTuple):
     i: Number = parameter("ATC_RAT_RLL_I", 0.135, "1/rad", "I gain of the roll rate", low=0.01, high=2.0)
     d: Number = parameter("ATC_RAT_RLL_D", 0.0036, "s^2/rad", "D gain of the roll rate", high=0.05)
     ff: Number = parameter("ATC_RAT_RLL_FF", 0.0, "s/rad", "feed-forward gain of the roll rate", high=0.5)
-    d_ff: Number = parameter("ATC_RAT_RLL_D_FF", 0.0, "s^2/rad", "feed-forward gain of its slope", high=0.02)
-    most: Number = parameter("ATC_RAT_RLL_IMAX", 0.5, "-", "limit of the integral", tunable=False)
-    most_pd: Number = parameter("ATC_RAT_RLL_PDMX", 0.0, "-", "limit of P and D; 0: none", tunable=False)
-    target_cut: Number = parameter("ATC_RAT_RLL_FLTT", 20.0, "Hz", "cut-off of the target; 0: none", high=100.0, tunable=False)
-    error_cut: Number = parameter("ATC_RAT_RLL_FLTE", 0.0, "Hz", "cut-off of the error; 0: none", high=100.0, tunable=False)
-    slope_cut: Number = parameter("ATC_RAT_RLL_FLTD", 20.0, "Hz", "cut-off of the D part; 0: none", high=100.0, tunable=False)
+    d_ff: Number = parameter("ATC_RAT_RLL_D_FF", 0.0, "s^2/rad", "feed-forward gain of the roll rate's slope", high=0.02)
+    most: Number = fixed("ATC_RAT_RLL_IMAX", 0.5, "-", "limit of the roll rate's integral")
+    most_pd: Number = fixed("ATC_RAT_RLL_PDMX", 0.0, "-", "limit of the roll rate's P and D; 0: none")
+    target_cut: Number = cutoff("ATC_RAT_RLL_FLTT", 20.0, "roll rate's target", 100.0)
+    error_cut: Number = cutoff("ATC_RAT_RLL_FLTE", 0.0, "roll rate's error", 100.0)
+    slope_cut: Number = cutoff("ATC_RAT_RLL_FLTD", 20.0, "roll rate's D part", 100.0)
 
 
 class PitchParameters(NamedTuple):
@@ -58,12 +67,12 @@ class PitchParameters(NamedTuple):
     i: Number = parameter("ATC_RAT_PIT_I", 0.135, "1/rad", "I gain of the pitch rate", low=0.01, high=2.0)
     d: Number = parameter("ATC_RAT_PIT_D", 0.0036, "s^2/rad", "D gain of the pitch rate", high=0.05)
     ff: Number = parameter("ATC_RAT_PIT_FF", 0.0, "s/rad", "feed-forward gain of the pitch rate", high=0.5)
-    d_ff: Number = parameter("ATC_RAT_PIT_D_FF", 0.0, "s^2/rad", "feed-forward gain of its slope", high=0.02)
-    most: Number = parameter("ATC_RAT_PIT_IMAX", 0.5, "-", "limit of the integral", tunable=False)
-    most_pd: Number = parameter("ATC_RAT_PIT_PDMX", 0.0, "-", "limit of P and D; 0: none", tunable=False)
-    target_cut: Number = parameter("ATC_RAT_PIT_FLTT", 20.0, "Hz", "cut-off of the target; 0: none", high=100.0, tunable=False)
-    error_cut: Number = parameter("ATC_RAT_PIT_FLTE", 0.0, "Hz", "cut-off of the error; 0: none", high=100.0, tunable=False)
-    slope_cut: Number = parameter("ATC_RAT_PIT_FLTD", 20.0, "Hz", "cut-off of the D part; 0: none", high=100.0, tunable=False)
+    d_ff: Number = parameter("ATC_RAT_PIT_D_FF", 0.0, "s^2/rad", "feed-forward gain of the pitch rate's slope", high=0.02)
+    most: Number = fixed("ATC_RAT_PIT_IMAX", 0.5, "-", "limit of the pitch rate's integral")
+    most_pd: Number = fixed("ATC_RAT_PIT_PDMX", 0.0, "-", "limit of the pitch rate's P and D; 0: none")
+    target_cut: Number = cutoff("ATC_RAT_PIT_FLTT", 20.0, "pitch rate's target", 100.0)
+    error_cut: Number = cutoff("ATC_RAT_PIT_FLTE", 0.0, "pitch rate's error", 100.0)
+    slope_cut: Number = cutoff("ATC_RAT_PIT_FLTD", 20.0, "pitch rate's D part", 100.0)
 
 
 class YawParameters(NamedTuple):
@@ -73,12 +82,12 @@ class YawParameters(NamedTuple):
     i: Number = parameter("ATC_RAT_YAW_I", 0.018, "1/rad", "I gain of the yaw rate", low=0.01, high=1.0)
     d: Number = parameter("ATC_RAT_YAW_D", 0.0, "s^2/rad", "D gain of the yaw rate", high=0.02)
     ff: Number = parameter("ATC_RAT_YAW_FF", 0.0, "s/rad", "feed-forward gain of the yaw rate", high=0.5)
-    d_ff: Number = parameter("ATC_RAT_YAW_D_FF", 0.0, "s^2/rad", "feed-forward gain of its slope", high=0.02)
-    most: Number = parameter("ATC_RAT_YAW_IMAX", 0.5, "-", "limit of the integral", tunable=False)
-    most_pd: Number = parameter("ATC_RAT_YAW_PDMX", 0.0, "-", "limit of P and D; 0: none", tunable=False)
-    target_cut: Number = parameter("ATC_RAT_YAW_FLTT", 20.0, "Hz", "cut-off of the target; 0: none", high=50.0, tunable=False)
-    error_cut: Number = parameter("ATC_RAT_YAW_FLTE", 2.5, "Hz", "cut-off of the error; 0: none", high=20.0, tunable=False)
-    slope_cut: Number = parameter("ATC_RAT_YAW_FLTD", 20.0, "Hz", "cut-off of the D part; 0: none", high=50.0, tunable=False)
+    d_ff: Number = parameter("ATC_RAT_YAW_D_FF", 0.0, "s^2/rad", "feed-forward gain of the yaw rate's slope", high=0.02)
+    most: Number = fixed("ATC_RAT_YAW_IMAX", 0.5, "-", "limit of the yaw rate's integral")
+    most_pd: Number = fixed("ATC_RAT_YAW_PDMX", 0.0, "-", "limit of the yaw rate's P and D; 0: none")
+    target_cut: Number = cutoff("ATC_RAT_YAW_FLTT", 20.0, "yaw rate's target", 50.0)
+    error_cut: Number = cutoff("ATC_RAT_YAW_FLTE", 2.5, "yaw rate's error", 20.0)
+    slope_cut: Number = cutoff("ATC_RAT_YAW_FLTD", 20.0, "yaw rate's D part", 50.0)
 
 
 class ArduPilotAttitudeParameters(NamedTuple):
@@ -87,18 +96,18 @@ class ArduPilotAttitudeParameters(NamedTuple):
     roll: Number = parameter("ATC_ANG_RLL_P", 4.5, "1/s", "P gain of roll", zero=False, low=3.0, high=12.0)
     pitch: Number = parameter("ATC_ANG_PIT_P", 4.5, "1/s", "P gain of pitch", zero=False, low=3.0, high=12.0)
     yaw: Number = parameter("ATC_ANG_YAW_P", 4.5, "1/s", "P gain of yaw", zero=False, low=3.0, high=12.0)
-    roll_acc: Number = parameter("ATC_ACCEL_R_MAX", 110000.0, "cdeg/s^2", "largest acceleration of roll", tunable=False)
-    pitch_acc: Number = parameter("ATC_ACCEL_P_MAX", 110000.0, "cdeg/s^2", "largest acceleration of pitch", tunable=False)
-    yaw_acc: Number = parameter("ATC_ACCEL_Y_MAX", 27000.0, "cdeg/s^2", "largest acceleration of yaw", tunable=False)
-    roll_most: Number = parameter("ATC_RATE_R_MAX", 0.0, "deg/s", "largest roll rate; 0: none", tunable=False)
-    pitch_most: Number = parameter("ATC_RATE_P_MAX", 0.0, "deg/s", "largest pitch rate; 0: none", tunable=False)
-    yaw_most: Number = parameter("ATC_RATE_Y_MAX", 0.0, "deg/s", "largest yaw rate; 0: none", tunable=False)
-    slew: Number = parameter("ATC_SLEW_YAW", 6000.0, "cdeg/s", "largest rate of the heading's target", tunable=False)
-    constant: Number = parameter("ATC_INPUT_TC", 0.15, "s", "time constant of the target", high=1.0, tunable=False)
+    roll_acc: Number = fixed("ATC_ACCEL_R_MAX", 110000.0, "cdeg/s^2", "largest angular acceleration in roll")
+    pitch_acc: Number = fixed("ATC_ACCEL_P_MAX", 110000.0, "cdeg/s^2", "largest angular acceleration in pitch")
+    yaw_acc: Number = fixed("ATC_ACCEL_Y_MAX", 27000.0, "cdeg/s^2", "largest angular acceleration in yaw")
+    roll_most: Number = fixed("ATC_RATE_R_MAX", 0.0, "deg/s", "largest roll rate; 0: none")
+    pitch_most: Number = fixed("ATC_RATE_P_MAX", 0.0, "deg/s", "largest pitch rate; 0: none")
+    yaw_most: Number = fixed("ATC_RATE_Y_MAX", 0.0, "deg/s", "largest yaw rate; 0: none")
+    slew: Number = fixed("ATC_SLEW_YAW", 6000.0, "cdeg/s", "largest rate of the heading's target")
+    constant: Number = fixed("ATC_INPUT_TC", 0.15, "s", "time constant of the shaped target", high=1.0)
     ahead: Number = switch("ATC_RATE_FF_ENAB", 1.0, "1: the target is shaped and its rates fed forward")
     boost: Number = switch("ATC_ANGLE_BOOST", 1.0, "1: more throttle when leaning")
-    lean_constant: Number = parameter("ATC_ANG_LIM_TC", 1.0, "s", "time constant of the lean limit", zero=False, tunable=False)
-    mix: Number = parameter("ATC_THR_MIX_MAX", 0.5, "-", "priority of torques over throttle", tunable=False)
+    lean_constant: Number = fixed("ATC_ANG_LIM_TC", 1.0, "s", "time constant of the lean limit", zero=False)
+    mix: Number = fixed("ATC_THR_MIX_MAX", 0.5, "-", "priority of torques over throttle")
 
 
 class ArduPilotPositionParameters(NamedTuple):
@@ -109,56 +118,52 @@ class ArduPilotPositionParameters(NamedTuple):
     xy_i: Number = parameter("PSC_VELXY_I", 1.0, "1/s^2", "I gain of the horizontal velocity", low=0.02, high=1.0)
     xy_d: Number = parameter("PSC_VELXY_D", 0.25, "-", "D gain of the horizontal velocity", high=1.0)
     xy_ff: Number = parameter("PSC_VELXY_FF", 0.0, "1/s", "feed-forward gain of the horizontal velocity", high=6.0)
-    xy_most: Number = parameter("PSC_VELXY_IMAX", 1000.0, "cm/s^2", "limit of its integral", tunable=False)
-    xy_error: Number = parameter("PSC_VELXY_FLTE", 5.0, "Hz", "cut-off of its error; 0: none", tunable=False)
-    xy_slope: Number = parameter("PSC_VELXY_FLTD", 5.0, "Hz", "cut-off of its D part; 0: none", tunable=False)
+    xy_most: Number = fixed("PSC_VELXY_IMAX", 1000.0, "cm/s^2", "limit of the horizontal velocity's integral")
+    xy_error: Number = cutoff("PSC_VELXY_FLTE", 5.0, "horizontal velocity's error")
+    xy_slope: Number = cutoff("PSC_VELXY_FLTD", 5.0, "horizontal velocity's D part")
     z: Number = parameter("PSC_POSZ_P", 1.0, "1/s", "P gain of the height", zero=False, low=1.0, high=3.0)
     z_p: Number = parameter("PSC_VELZ_P", 5.0, "1/s", "P gain of the vertical velocity", low=1.0, high=8.0)
     z_i: Number = parameter("PSC_VELZ_I", 0.0, "1/s^2", "I gain of the vertical velocity", low=0.0, high=1.0)
     z_d: Number = parameter("PSC_VELZ_D", 0.0, "-", "D gain of the vertical velocity", high=1.0)
     z_ff: Number = parameter("PSC_VELZ_FF", 0.0, "1/s", "feed-forward gain of the vertical velocity", high=1.0)
-    z_most: Number = parameter("PSC_VELZ_IMAX", 1000.0, "cm/s^2", "limit of its integral", tunable=False)
-    z_error: Number = parameter("PSC_VELZ_FLTE", 5.0, "Hz", "cut-off of its error; 0: none", tunable=False)
-    z_slope: Number = parameter("PSC_VELZ_FLTD", 5.0, "Hz", "cut-off of its D part; 0: none", tunable=False)
+    z_most: Number = fixed("PSC_VELZ_IMAX", 1000.0, "cm/s^2", "limit of the vertical velocity's integral")
+    z_error: Number = cutoff("PSC_VELZ_FLTE", 5.0, "vertical velocity's error")
+    z_slope: Number = cutoff("PSC_VELZ_FLTD", 5.0, "vertical velocity's D part")
     acc_p: Number = parameter("PSC_ACCZ_P", 0.5, "0.001 s^2/cm", "P gain of the vertical acceleration", low=0.2, high=1.5)
     acc_i: Number = parameter("PSC_ACCZ_I", 1.0, "0.001 s/cm", "I gain of the vertical acceleration", high=3.0)
     acc_d: Number = parameter("PSC_ACCZ_D", 0.0, "0.001 s^3/cm", "D gain of the vertical acceleration", high=0.4)
-    acc_ff: Number = parameter("PSC_ACCZ_FF", 0.0, "0.001 s^2/cm", "feed-forward gain of it", high=0.5)
-    acc_d_ff: Number = parameter("PSC_ACCZ_D_FF", 0.0, "0.001 s^3/cm", "feed-forward gain of its slope", high=0.02)
-    acc_most: Number = parameter("PSC_ACCZ_IMAX", 800.0, "0.001", "limit of its integral", tunable=False)
-    acc_pd: Number = parameter("PSC_ACCZ_PDMX", 0.0, "0.001", "limit of its P and D; 0: none", tunable=False)
-    acc_target: Number = parameter("PSC_ACCZ_FLTT", 0.0, "Hz", "cut-off of its target; 0: none", tunable=False)
-    acc_error: Number = parameter("PSC_ACCZ_FLTE", 20.0, "Hz", "cut-off of its error; 0: none", tunable=False)
-    acc_slope: Number = parameter("PSC_ACCZ_FLTD", 0.0, "Hz", "cut-off of its D part; 0: none", tunable=False)
-    lean: Number = parameter("PSC_ANGLE_MAX", 0.0, "deg", "largest lean; 0: ANGLE_MAX", tunable=False)
-    copter_lean: Number = parameter("ANGLE_MAX", 3000.0, "cdeg", "largest lean", zero=False, tunable=False)
-    speed: Number = parameter("WPNAV_SPEED", 1000.0, "cm/s", "speed of the horizontal correction", zero=False, tunable=False)
-    up: Number = parameter("WPNAV_SPEED_UP", 250.0, "cm/s", "speed of a climbing correction", zero=False, tunable=False)
-    down: Number = parameter("WPNAV_SPEED_DN", 150.0, "cm/s", "speed of a descending correction", zero=False, tunable=False)
-    brake: Number = parameter("WPNAV_ACCEL", 250.0, "cm/s^2", "deceleration of corrections", zero=False, tunable=False)
-    brake_z: Number = parameter("WPNAV_ACCEL_Z", 100.0, "cm/s^2", "the same vertically", zero=False, tunable=False)
+    acc_ff: Number = parameter("PSC_ACCZ_FF", 0.0, "0.001 s^2/cm", "feed-forward gain of the vertical acceleration", high=0.5)
+    acc_d_ff: Number = parameter("PSC_ACCZ_D_FF", 0.0, "0.001 s^3/cm", "feed-forward gain of the vertical jerk", high=0.02)
+    acc_most: Number = fixed("PSC_ACCZ_IMAX", 800.0, "0.001", "limit of the vertical acceleration's integral")
+    acc_pd: Number = fixed("PSC_ACCZ_PDMX", 0.0, "0.001", "limit of the vertical acceleration's P and D; 0: none")
+    acc_target: Number = cutoff("PSC_ACCZ_FLTT", 0.0, "vertical acceleration's target")
+    acc_error: Number = cutoff("PSC_ACCZ_FLTE", 20.0, "vertical acceleration's error")
+    acc_slope: Number = cutoff("PSC_ACCZ_FLTD", 0.0, "vertical acceleration's D part")
+    lean: Number = fixed("PSC_ANGLE_MAX", 0.0, "deg", "largest lean; 0: ANGLE_MAX")
+    copter_lean: Number = fixed("ANGLE_MAX", 3000.0, "cdeg", "largest lean", zero=False)
+    speed: Number = fixed("WPNAV_SPEED", 1000.0, "cm/s", "speed of the horizontal correction", zero=False)
+    up: Number = fixed("WPNAV_SPEED_UP", 250.0, "cm/s", "speed of a climbing correction", zero=False)
+    down: Number = fixed("WPNAV_SPEED_DN", 150.0, "cm/s", "speed of a descending correction", zero=False)
+    brake: Number = fixed("WPNAV_ACCEL", 250.0, "cm/s^2", "deceleration of horizontal corrections", zero=False)
+    brake_z: Number = fixed("WPNAV_ACCEL_Z", 100.0, "cm/s^2", "deceleration of vertical corrections", zero=False)
 
 
 class MotorParameters(NamedTuple):
     """MOT and INS."""
 
-    expo: Number = parameter(
-        "MOT_THST_EXPO", 0.65, "-", "share of a motor's thrust that is quadratic in its command", tunable=False
-    )
-    spin_min: Number = parameter("MOT_SPIN_MIN", 0.15, "-", "command of no thrust", tunable=False)
-    spin_max: Number = parameter("MOT_SPIN_MAX", 0.95, "-", "command of full thrust", zero=False, tunable=False)
-    hover: Number = parameter("MOT_THST_HOVER", 0.35, "-", "throttle of a hover", zero=False, tunable=False)
-    learn: Number = switch("MOT_HOVER_LEARN", 2.0, "above 0: the hover throttle is learnt", most=2)
-    headroom: Number = parameter("MOT_YAW_HEADROOM", 200.0, "0.001", "headroom reserved for yaw", tunable=False)
-    gyro_cut: Number = parameter("INS_GYRO_FILTER", 20.0, "Hz", "cut-off of the gyro; 0: none", high=256.0, tunable=False)
-    acc_cut: Number = parameter("INS_ACCEL_FILTER", 20.0, "Hz", "cut-off of the accelerometer; 0: none", tunable=False)
+    expo: Number = fixed("MOT_THST_EXPO", 0.65, "-", "share of a motor's thrust that is quadratic in its command")
+    spin_min: Number = fixed("MOT_SPIN_MIN", 0.15, "-", "command of no thrust")
+    spin_max: Number = fixed("MOT_SPIN_MAX", 0.95, "-", "command of full thrust", zero=False)
+    hover: Number = fixed("MOT_THST_HOVER", 0.35, "-", "hover throttle", zero=False)
+    learn: Number = switch("MOT_HOVER_LEARN", 2.0, "1 or 2: the hover throttle is learnt", most=2)
+    headroom: Number = fixed("MOT_YAW_HEADROOM", 200.0, "0.001", "headroom reserved for yaw")
+    gyro_cut: Number = fixed("INS_GYRO_FILTER", 20.0, "Hz", "cut-off of the gyro's low-pass; 0: none", high=256.0)
+    acc_cut: Number = fixed("INS_ACCEL_FILTER", 20.0, "Hz", "cut-off of the accelerometer's low-pass; 0: none")
 
 
-def setting(
-    name: str, default: float, unit: str, meaning: str, low: float, high: float, zero: bool = True, tunable: bool = False
-) -> Number:
+def setting(name: str, default: float, unit: str, meaning: str, low: float, high: float, tunable: bool = False) -> Number:
     """Declares a setting, which the command line takes from `low` to `high` only."""
-    return parameter(name, default, unit, meaning, low=low, high=high, zero=zero, tunable=tunable, only="range")
+    return parameter(name, default, unit, meaning, low=low, high=high, zero=low <= 0.0, tunable=tunable, only="range")
 
 
 def hertz(name: str, default: float, meaning: str, most: float = 1000.0) -> Number:
@@ -214,23 +219,23 @@ class Filters(NamedTuple):
     """
 
     gyro2: Number = hertz("gyro_lpf2_static_hz", 500.0, "cut-off of the gyro's second low-pass")
-    gyro2_type: Number = choice("gyro_lpf2_type", "PT1", "kind of that")
+    gyro2_type: Number = choice("gyro_lpf2_type", "PT1", "kind of the gyro's second low-pass")
     notch: Number = hertz("gyro_notch1_hz", 0.0, "centre of the gyro's notch")
-    notch_cut: Number = hertz("gyro_notch1_cutoff", 0.0, "its lower cut-off")
+    notch_cut: Number = hertz("gyro_notch1_cutoff", 0.0, "lower cut-off of the gyro's notch")
     gyro1: Number = hertz("gyro_lpf1_static_hz", 250.0, "static cut-off of the gyro's first low-pass")
-    gyro1_type: Number = choice("gyro_lpf1_type", "PT1", "kind of that")
-    gyro_least: Number = hertz("gyro_lpf1_dyn_min_hz", 250.0, "lowest dynamic cut-off")
-    gyro_most: Number = hertz("gyro_lpf1_dyn_max_hz", 500.0, "highest dynamic cut-off")
-    gyro_expo: Number = scale("gyro_lpf1_dyn_expo", 5.0, "curvature between the lowest and the highest", 10.0, tunable=False)
+    gyro1_type: Number = choice("gyro_lpf1_type", "PT1", "kind of the gyro's first low-pass")
+    gyro_least: Number = hertz("gyro_lpf1_dyn_min_hz", 250.0, "lowest dynamic cut-off of the gyro's first low-pass")
+    gyro_most: Number = hertz("gyro_lpf1_dyn_max_hz", 500.0, "highest dynamic cut-off of the gyro's first low-pass")
+    gyro_expo: Number = scale("gyro_lpf1_dyn_expo", 5.0, "curvature of the gyro's dynamic cut-off", 10.0, tunable=False)
     d_notch: Number = hertz("dterm_notch_hz", 0.0, "centre of the D part's notch")
-    d_notch_cut: Number = hertz("dterm_notch_cutoff", 0.0, "its lower cut-off")
+    d_notch_cut: Number = hertz("dterm_notch_cutoff", 0.0, "lower cut-off of the D part's notch")
     d1: Number = hertz("dterm_lpf1_static_hz", 75.0, "static cut-off of the D part's first low-pass")
-    d1_type: Number = choice("dterm_lpf1_type", "PT1", "kind of that")
-    d_least: Number = hertz("dterm_lpf1_dyn_min_hz", 75.0, "lowest dynamic cut-off")
-    d_most: Number = hertz("dterm_lpf1_dyn_max_hz", 150.0, "highest dynamic cut-off")
-    d_expo: Number = scale("dterm_lpf1_dyn_expo", 5.0, "curvature between the lowest and the highest", 10.0, tunable=False)
+    d1_type: Number = choice("dterm_lpf1_type", "PT1", "kind of the D part's first low-pass")
+    d_least: Number = hertz("dterm_lpf1_dyn_min_hz", 75.0, "lowest dynamic cut-off of the D part's first low-pass")
+    d_most: Number = hertz("dterm_lpf1_dyn_max_hz", 150.0, "highest dynamic cut-off of the D part's first low-pass")
+    d_expo: Number = scale("dterm_lpf1_dyn_expo", 5.0, "curvature of the D part's dynamic cut-off", 10.0, tunable=False)
     d2: Number = hertz("dterm_lpf2_static_hz", 150.0, "cut-off of the D part's second low-pass")
-    d2_type: Number = choice("dterm_lpf2_type", "PT1", "kind of that")
+    d2_type: Number = choice("dterm_lpf2_type", "PT1", "kind of the D part's second low-pass")
     yaw: Number = hertz("yaw_lowpass_hz", 100.0, "cut-off of yaw's P part", 500.0)
 
 
@@ -242,27 +247,21 @@ class Shared(NamedTuple):
     i_limit: Number = scale("iterm_limit", 400.0, "limit of the I parts", 500.0, tunable=False)
     windup: Number = scale("iterm_windup", 85.0, "range of the motors' mix above which I slows down [%]", 100.0, False)
     relax: Number = choice("iterm_relax", "RP", "axes whose I part is relaxed while the setpoint changes")
-    relax_type: Number = choice("iterm_relax_type", "SETPOINT", "signal that relaxes it")
-    relax_cut: Number = setting(
-        "iterm_relax_cutoff", 15.0, "Hz", "cut-off of the filter that detects a change", 1.0, 50.0, zero=False
-    )
-    limit: Number = scale("pidsum_limit", 500.0, "limit of the sum in roll and pitch", 1000.0, tunable=False)
-    limit_yaw: Number = scale("pidsum_limit_yaw", 400.0, "limit of the sum in yaw", 1000.0, tunable=False)
+    relax_type: Number = choice("iterm_relax_type", "SETPOINT", "signal that relaxes the I part")
+    relax_cut: Number = setting("iterm_relax_cutoff", 15.0, "Hz", "cut-off of the I relaxation's filter", 1.0, 50.0)
+    limit: Number = scale("pidsum_limit", 500.0, "limit of the sum of all parts in roll and pitch", 1000.0, tunable=False)
+    limit_yaw: Number = scale("pidsum_limit_yaw", 400.0, "limit of the sum of all parts in yaw", 1000.0, tunable=False)
     gravity_gain: Number = scale("anti_gravity_gain", 80.0, "how much I rises with a moving throttle", tunable=False)
-    gravity_p: Number = scale("anti_gravity_p_gain", 100.0, "how much P rises with it", tunable=False)
-    gravity_cut: Number = setting(
-        "anti_gravity_cutoff_hz", 5.0, "Hz", "cut-off of the filter that detects a moving throttle", 2.0, 50.0, zero=False
-    )
-    tpa_mode: Number = choice("tpa_mode", "D", "what throttle attenuates")
-    tpa_rate: Number = setting("tpa_rate", 65.0, "%", "attenuation at full throttle", 0.0, 100.0)
+    gravity_p: Number = scale("anti_gravity_p_gain", 100.0, "how much P rises with a moving throttle", tunable=False)
+    gravity_cut: Number = setting("anti_gravity_cutoff_hz", 5.0, "Hz", "cut-off of the anti-gravity filter", 2.0, 50.0)
+    tpa_mode: Number = choice("tpa_mode", "D", "what a high throttle attenuates")
+    tpa_rate: Number = setting("tpa_rate", 65.0, "%", "attenuation at full throttle of what tpa_mode names", 0.0, 100.0)
     tpa_breakpoint: Number = setting(
-        "tpa_breakpoint", 1350.0, "us", "throttle from which it attenuates", 1000.0, 2000.0, zero=False
+        "tpa_breakpoint", 1350.0, "us", "throttle above which tpa_mode attenuates", 1000.0, 2000.0
     )
     boost: Number = scale("throttle_boost", 5.0, "boost of a moving throttle", 100.0, tunable=False)
-    boost_cut: Number = setting(
-        "throttle_boost_cutoff", 15.0, "Hz", "cut-off of the filter that detects it", 5.0, 50.0, zero=False
-    )
+    boost_cut: Number = setting("throttle_boost_cutoff", 15.0, "Hz", "cut-off of the throttle boost's filter", 5.0, 50.0)
     linear: Number = setting("thrust_linear", 0.0, "%", "compensation for thrust that is quadratic in the command", 0.0, 150.0)
-    output_limit: Number = setting("motor_output_limit", 100.0, "%", "largest output of a motor", 1.0, 100.0, zero=False)
+    output_limit: Number = setting("motor_output_limit", 100.0, "%", "largest output of a motor", 1.0, 100.0)
     idle: Number = setting("dshot_idle_value", 550.0, "0.01 %", "smallest output of a motor", 0.0, 2000.0)
-    airmode: Number = switch("airmode", 1.0, "1: feature AIRMODE, 0: without")
+    airmode: Number = switch("airmode", 1.0, "1: with the feature AIRMODE; 0: without")

@@ -33,24 +33,24 @@ class MellingerParameters(NamedTuple):
     """Group `ctrlMel`."""
 
     mass: Number = parameter("ctrlMel.mass", 0.029, "kg", "mass assumed by the law", zero=False, tunable=False)
-    mass_thrust: Number = parameter("ctrlMel.massThrust", 132000.0, "counts/N", "from force to counts", zero=False)
+    mass_thrust: Number = parameter("ctrlMel.massThrust", 132000.0, "counts/N", "counts of thrust per newton", zero=False)
     kp_xy: Number = parameter("ctrlMel.kp_xy", 0.4, "N/m", "P gain of the horizontal position")
     kd_xy: Number = parameter("ctrlMel.kd_xy", 0.2, "N s/m", "D gain of the horizontal position")
     ki_xy: Number = parameter("ctrlMel.ki_xy", 0.05, "N/(m s)", "I gain of the horizontal position")
-    range_xy: Number = parameter("ctrlMel.i_range_xy", 2.0, "m s", "limit of its integral", tunable=False)
+    range_xy: Number = parameter("ctrlMel.i_range_xy", 2.0, "m s", "limit of the horizontal integral", tunable=False)
     kp_z: Number = parameter("ctrlMel.kp_z", 1.25, "N/m", "P gain of the height")
     kd_z: Number = parameter("ctrlMel.kd_z", 0.4, "N s/m", "D gain of the height")
     ki_z: Number = parameter("ctrlMel.ki_z", 0.05, "N/(m s)", "I gain of the height")
-    range_z: Number = parameter("ctrlMel.i_range_z", 0.4, "m s", "limit of its integral", tunable=False)
+    range_z: Number = parameter("ctrlMel.i_range_z", 0.4, "m s", "limit of the height's integral", tunable=False)
     kr_xy: Number = parameter("ctrlMel.kR_xy", 70000.0, "counts", "P gain of roll and pitch")
-    kw_xy: Number = parameter("ctrlMel.kw_xy", 20000.0, "counts s", "P gain of their rates")
+    kw_xy: Number = parameter("ctrlMel.kw_xy", 20000.0, "counts s", "P gain of the roll and pitch rates")
     ki_m_xy: Number = parameter("ctrlMel.ki_m_xy", 0.0, "counts/s", "I gain of roll and pitch")
-    range_m_xy: Number = parameter("ctrlMel.i_range_m_xy", 1.0, "s", "limit of its integral", tunable=False)
+    range_m_xy: Number = parameter("ctrlMel.i_range_m_xy", 1.0, "s", "limit of roll's and pitch's integrals", tunable=False)
     kr_z: Number = parameter("ctrlMel.kR_z", 60000.0, "counts", "P gain of yaw")
-    kw_z: Number = parameter("ctrlMel.kw_z", 12000.0, "counts s", "P gain of its rate")
+    kw_z: Number = parameter("ctrlMel.kw_z", 12000.0, "counts s", "P gain of the yaw rate")
     ki_m_z: Number = parameter("ctrlMel.ki_m_z", 500.0, "counts/s", "I gain of yaw")
-    range_m_z: Number = parameter("ctrlMel.i_range_m_z", 1500.0, "s", "limit of its integral", tunable=False)
-    kd_omega: Number = parameter("ctrlMel.kd_omega_rp", 200.0, "counts s^2", "D gain of the rates of roll and pitch")
+    range_m_z: Number = parameter("ctrlMel.i_range_m_z", 1500.0, "s", "limit of yaw's integral", tunable=False)
+    kd_omega: Number = parameter("ctrlMel.kd_omega_rp", 200.0, "counts s^2", "D gain of the roll and pitch rates")
 
 
 class CrazyflieMellingerGains(NamedTuple):

@@ -55,10 +55,10 @@ class CrazyflieRateParameters(NamedTuple):
     yaw_ki: Number = parameter("pid_rate.yaw_ki", 16.7, "counts/deg", "I gain of the yaw rate")
     yaw_kd: Number = parameter("pid_rate.yaw_kd", 0.0, "counts/(deg/s^2)", "D gain of the yaw rate")
     yaw_kff: Number = parameter("pid_rate.yaw_kff", 0.0, "counts/(deg/s)", "feed-forward gain of the yaw rate")
-    filtered: Number = switch("pid_rate.rateFiltEn", 0.0, "1: the D parts are filtered")
-    roll_cut: Number = parameter("pid_rate.omxFiltCut", 30.0, "Hz", "cut-off for roll", zero=False, tunable=False)
-    pitch_cut: Number = parameter("pid_rate.omyFiltCut", 30.0, "Hz", "cut-off for pitch", zero=False, tunable=False)
-    yaw_cut: Number = parameter("pid_rate.omzFiltCut", 30.0, "Hz", "cut-off for yaw", zero=False, tunable=False)
+    filtered: Number = switch("pid_rate.rateFiltEn", 0.0, "1: the rates' D parts are filtered")
+    roll_cut: Number = parameter("pid_rate.omxFiltCut", 30.0, "Hz", "cut-off of roll's D part", zero=False, tunable=False)
+    pitch_cut: Number = parameter("pid_rate.omyFiltCut", 30.0, "Hz", "cut-off of pitch's D part", zero=False, tunable=False)
+    yaw_cut: Number = parameter("pid_rate.omzFiltCut", 30.0, "Hz", "cut-off of yaw's D part", zero=False, tunable=False)
 
 
 class CrazyflieAttitudeParameters(NamedTuple):
@@ -76,21 +76,21 @@ class CrazyflieAttitudeParameters(NamedTuple):
     yaw_ki: Number = parameter("pid_attitude.yaw_ki", 1.0, "1/s^2", "I gain of yaw")
     yaw_kd: Number = parameter("pid_attitude.yaw_kd", 0.35, "-", "D gain of yaw")
     yaw_kff: Number = parameter("pid_attitude.yaw_kff", 0.0, "1/s", "feed-forward gain of yaw")
-    filtered: Number = switch("pid_attitude.attFiltEn", 0.0, "1: the D parts are filtered")
-    cut: Number = parameter("pid_attitude.attFiltCut", 15.0, "Hz", "their cut-off", zero=False, tunable=False)
+    filtered: Number = switch("pid_attitude.attFiltEn", 0.0, "1: the angles' D parts are filtered")
+    cut: Number = parameter("pid_attitude.attFiltCut", 15.0, "Hz", "cut-off of the angles' D parts", zero=False, tunable=False)
 
 
 class VelocityParameters(NamedTuple):
     """Group `velCtlPid`: from m/s to deg, vertically to thousands of counts."""
 
-    x_kp: Number = parameter("velCtlPid.vxKp", 25.0, "deg/(m/s)", "P gain of the velocity ahead")
-    x_ki: Number = parameter("velCtlPid.vxKi", 1.0, "deg/m", "I gain of the velocity ahead")
-    x_kd: Number = parameter("velCtlPid.vxKd", 0.0, "deg/(m/s^2)", "D gain of the velocity ahead")
-    x_kff: Number = parameter("velCtlPid.vxKFF", 0.0, "deg/(m/s)", "feed-forward gain of the velocity ahead")
-    y_kp: Number = parameter("velCtlPid.vyKp", 25.0, "deg/(m/s)", "P gain of the velocity to the left")
-    y_ki: Number = parameter("velCtlPid.vyKi", 1.0, "deg/m", "I gain of the velocity to the left")
-    y_kd: Number = parameter("velCtlPid.vyKd", 0.0, "deg/(m/s^2)", "D gain of the velocity to the left")
-    y_kff: Number = parameter("velCtlPid.vyKFF", 0.0, "deg/(m/s)", "feed-forward gain of the velocity to the left")
+    x_kp: Number = parameter("velCtlPid.vxKp", 25.0, "deg/(m/s)", "P gain of the forward velocity")
+    x_ki: Number = parameter("velCtlPid.vxKi", 1.0, "deg/m", "I gain of the forward velocity")
+    x_kd: Number = parameter("velCtlPid.vxKd", 0.0, "deg/(m/s^2)", "D gain of the forward velocity")
+    x_kff: Number = parameter("velCtlPid.vxKFF", 0.0, "deg/(m/s)", "feed-forward gain of the forward velocity")
+    y_kp: Number = parameter("velCtlPid.vyKp", 25.0, "deg/(m/s)", "P gain of the leftward velocity")
+    y_ki: Number = parameter("velCtlPid.vyKi", 1.0, "deg/m", "I gain of the leftward velocity")
+    y_kd: Number = parameter("velCtlPid.vyKd", 0.0, "deg/(m/s^2)", "D gain of the leftward velocity")
+    y_kff: Number = parameter("velCtlPid.vyKFF", 0.0, "deg/(m/s)", "feed-forward gain of the leftward velocity")
     z_kp: Number = parameter("velCtlPid.vzKp", 25.0, "1000 counts/(m/s)", "P gain of the vertical velocity")
     z_ki: Number = parameter("velCtlPid.vzKi", 15.0, "1000 counts/m", "I gain of the vertical velocity")
     z_kd: Number = parameter("velCtlPid.vzKd", 0.0, "1000 counts/(m/s^2)", "D gain of the vertical velocity")
@@ -100,25 +100,25 @@ class VelocityParameters(NamedTuple):
 class CrazyfliePositionParameters(NamedTuple):
     """Group `posCtlPid`: from m to m/s, and limits."""
 
-    x_kp: Number = parameter("posCtlPid.xKp", 2.0, "1/s", "P gain of the position ahead")
-    x_ki: Number = parameter("posCtlPid.xKi", 0.0, "1/s^2", "I gain of the position ahead")
-    x_kd: Number = parameter("posCtlPid.xKd", 0.0, "-", "D gain of the position ahead")
-    x_kff: Number = parameter("posCtlPid.xKff", 0.0, "1/s", "feed-forward gain of the position ahead")
-    y_kp: Number = parameter("posCtlPid.yKp", 2.0, "1/s", "P gain of the position to the left")
-    y_ki: Number = parameter("posCtlPid.yKi", 0.0, "1/s^2", "I gain of the position to the left")
-    y_kd: Number = parameter("posCtlPid.yKd", 0.0, "-", "D gain of the position to the left")
-    y_kff: Number = parameter("posCtlPid.yKff", 0.0, "1/s", "feed-forward gain of the position to the left")
+    x_kp: Number = parameter("posCtlPid.xKp", 2.0, "1/s", "P gain of the forward position")
+    x_ki: Number = parameter("posCtlPid.xKi", 0.0, "1/s^2", "I gain of the forward position")
+    x_kd: Number = parameter("posCtlPid.xKd", 0.0, "-", "D gain of the forward position")
+    x_kff: Number = parameter("posCtlPid.xKff", 0.0, "1/s", "feed-forward gain of the forward position")
+    y_kp: Number = parameter("posCtlPid.yKp", 2.0, "1/s", "P gain of the leftward position")
+    y_ki: Number = parameter("posCtlPid.yKi", 0.0, "1/s^2", "I gain of the leftward position")
+    y_kd: Number = parameter("posCtlPid.yKd", 0.0, "-", "D gain of the leftward position")
+    y_kff: Number = parameter("posCtlPid.yKff", 0.0, "1/s", "feed-forward gain of the leftward position")
     z_kp: Number = parameter("posCtlPid.zKp", 2.0, "1/s", "P gain of the height")
     z_ki: Number = parameter("posCtlPid.zKi", 0.5, "1/s^2", "I gain of the height")
     z_kd: Number = parameter("posCtlPid.zKd", 0.0, "-", "D gain of the height")
     z_kff: Number = parameter("posCtlPid.zKff", 0.0, "1/s", "feed-forward gain of the height")
-    hover: Number = parameter("posCtlPid.thrustBase", 36000.0, "counts", "thrust of a hover", zero=False)
+    hover: Number = parameter("posCtlPid.thrustBase", 36000.0, "counts", "hover thrust", zero=False)
     least: Number = parameter("posCtlPid.thrustMin", 20000.0, "counts", "least thrust", zero=False, tunable=False)
     roll: Number = parameter("posCtlPid.rLimit", 20.0, "deg", "largest commanded roll", zero=False, tunable=False)
     pitch: Number = parameter("posCtlPid.pLimit", 20.0, "deg", "largest commanded pitch", zero=False, tunable=False)
-    x_speed: Number = parameter("posCtlPid.xVelMax", 1.0, "m/s", "largest commanded speed ahead", zero=False, tunable=False)
-    y_speed: Number = parameter("posCtlPid.yVelMax", 1.0, "m/s", "the same to the left", zero=False, tunable=False)
-    z_speed: Number = parameter("posCtlPid.zVelMax", 1.0, "m/s", "the same vertically", zero=False, tunable=False)
+    x_speed: Number = parameter("posCtlPid.xVelMax", 1.0, "m/s", "largest forward speed", zero=False, tunable=False)
+    y_speed: Number = parameter("posCtlPid.yVelMax", 1.0, "m/s", "largest speed to the left", zero=False, tunable=False)
+    z_speed: Number = parameter("posCtlPid.zVelMax", 1.0, "m/s", "largest vertical speed", zero=False, tunable=False)
 
 
 class CrazyfliePidGains(NamedTuple):

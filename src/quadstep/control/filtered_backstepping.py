@@ -61,9 +61,9 @@ class FilteredBacksteppingGains(NamedTuple):
     coupling_3: Vector = gain(
         usual((20.0, 20.0, 20.0), 2, "body"), "1/s^2", "weight of attitude against body rates", key="c_3"
     )
-    speed_filter: Number = gain(usual(14.4, 1), "rad/s", "command filter of the velocity")
-    turn_filter: Vector = gain(usual((13.9, 13.9, 15.5), 1, "body"), "rad/s", "command filter of the attitude")
-    spin_filter: Number = gain(usual(45.0, 1), "rad/s", "command filter of the body rates")
+    speed_filter: Number = gain(usual(14.4, 1), "rad/s", "bandwidth of the velocity command filter")
+    turn_filter: Vector = gain(usual((13.9, 13.9, 15.5), 1, "body"), "rad/s", "bandwidth of the attitude command filter")
+    spin_filter: Number = gain(usual(45.0, 1), "rad/s", "bandwidth of the body-rate command filter")
     learning_1: Number = gain(usual(6.7, 2), "1/s^2", "learning rate of the velocity functions", zero=True, group=NETS)
     learning_2: Number = gain(usual(19.5, 2), "1/s^2", "learning rate of the body-rate functions", zero=True, group=NETS)
     spacing: Vector = gain(

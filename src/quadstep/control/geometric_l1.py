@@ -52,12 +52,12 @@ class GeometricL1Gains(NamedTuple):
     body: BelievedBody
     pull: Pull
     turn: Turn
-    pole: Number = gain(5.0, "1/s", "-A_s of the velocity predictor", symbol="a_v", low=0.5, high=50.0)
-    turn_pole: Number = gain(10.0, "1/s", "-A_s of the rate predictor", symbol="a_w", low=0.5, high=50.0)
-    thrust_cutoff: Number = gain(usual(8.8, 1), "rad/s", "cut-off of the filter for what thrust compensates", zero=True)
-    tilt_cutoff: Number = gain(usual(4.4, 1), "rad/s", "cut-off of the filter for what tilting compensates", zero=True)
+    pole: Number = gain(5.0, "1/s", "decay rate of the velocity predictor's error, -A_s", symbol="a_v", low=0.5, high=50.0)
+    turn_pole: Number = gain(10.0, "1/s", "decay rate of the rate predictor's error, -A_s", symbol="a_w", low=0.5, high=50.0)
+    thrust_cutoff: Number = gain(usual(8.8, 1), "rad/s", "cut-off of the thrust-compensation filter", zero=True)
+    tilt_cutoff: Number = gain(usual(4.4, 1), "rad/s", "cut-off of the tilt-compensation filter", zero=True)
     turn_cutoff: Vector = gain(
-        usual((5.8, 5.8, 5.9), 1, "body"), "rad/s", "cut-off of both filters for what torque compensates", zero=True
+        usual((5.8, 5.8, 5.9), 1, "body"), "rad/s", "cut-off of both torque-compensation filters", zero=True
     )
     bound: Number = gain(15.0, "m/s^2", "largest estimate along an axis", tunable=False)
     turn_bound: Number = gain(150.0, "rad/s^2", "largest estimate about an axis", tunable=False)

@@ -34,7 +34,7 @@ class NestedSaturationGains(NamedTuple):
     )
     slope_1: Vector = given(lambda _: vector(1.0, 1.0, 1.0))
     slope_2: Vector = given(lambda _: vector(15.0, 15.0, 15.0))
-    pace: Number = gain(1.0, "1/s", "without saturation, the four poles of x and of y are at minus this")
+    pace: Number = gain(1.0, "1/s", "speed of the loop: unsaturated, x and y have four poles at -pace each")
 
 
 class NoMemory(NamedTuple):
@@ -137,7 +137,7 @@ class NestedSaturation(Controller):
 
 @dataclass(frozen=True)
 class NestedSaturationOnAirframe(PaperOnAirframe):
-    """Nested saturations of the pace of the vehicle, which hold its tilt within their third bound of the path's."""
+    """Nested saturations, paced for the vehicle; the third bound limits how far roll and pitch settle from the path's."""
 
     name = "nested-saturation"
     label = "nested saturations [11]"

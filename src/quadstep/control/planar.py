@@ -16,10 +16,10 @@ class PlanarPdGains(NamedTuple):
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
-    k_p: Number = gain(4.0, "1/s^2", "position")
-    k_v: Number = gain(3.5, "1/s", "velocity")
-    k_theta: Number = gain(120.0, "1/s^2", "pitch")
-    k_q: Number = gain(20.0, "1/s", "pitch rate")
+    k_p: Number = gain(4.0, "1/s^2", "gain of the position error")
+    k_v: Number = gain(3.5, "1/s", "gain of the velocity error")
+    k_theta: Number = gain(120.0, "1/s^2", "gain of the pitch error")
+    k_q: Number = gain(20.0, "1/s", "gain of the pitch rate error")
 
 
 @dataclass(frozen=True)

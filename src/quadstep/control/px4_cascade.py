@@ -52,19 +52,19 @@ class Px4RateParameters(NamedTuple):
     roll_d: Number = parameter("MC_ROLLRATE_D", 0.003, "s^2/rad", "D gain of the roll rate", high=0.01)
     roll_ff: Number = parameter("MC_ROLLRATE_FF", 0.0, "s/rad", "feed-forward gain of the roll rate")
     roll_k: Number = parameter("MC_ROLLRATE_K", 1.0, "-", "factor of P, I and D of the roll rate", low=0.01, high=5.0)
-    roll_most: Number = parameter("MC_RR_INT_LIM", 0.3, "-", "limit of its integral", tunable=False)
+    roll_most: Number = parameter("MC_RR_INT_LIM", 0.3, "-", "limit of the roll rate's integral", tunable=False)
     pitch_p: Number = parameter("MC_PITCHRATE_P", 0.15, "s/rad", "P gain of the pitch rate", low=0.01, high=0.6)
     pitch_i: Number = parameter("MC_PITCHRATE_I", 0.2, "1/rad", "I gain of the pitch rate")
     pitch_d: Number = parameter("MC_PITCHRATE_D", 0.003, "s^2/rad", "D gain of the pitch rate")
     pitch_ff: Number = parameter("MC_PITCHRATE_FF", 0.0, "s/rad", "feed-forward gain of the pitch rate")
     pitch_k: Number = parameter("MC_PITCHRATE_K", 1.0, "-", "factor of P, I and D of the pitch rate", low=0.01, high=5.0)
-    pitch_most: Number = parameter("MC_PR_INT_LIM", 0.3, "-", "limit of its integral", tunable=False)
+    pitch_most: Number = parameter("MC_PR_INT_LIM", 0.3, "-", "limit of the pitch rate's integral", tunable=False)
     yaw_p: Number = parameter("MC_YAWRATE_P", 0.2, "s/rad", "P gain of the yaw rate", high=0.6)
     yaw_i: Number = parameter("MC_YAWRATE_I", 0.1, "1/rad", "I gain of the yaw rate")
     yaw_d: Number = parameter("MC_YAWRATE_D", 0.0, "s^2/rad", "D gain of the yaw rate")
     yaw_ff: Number = parameter("MC_YAWRATE_FF", 0.0, "s/rad", "feed-forward gain of the yaw rate")
     yaw_k: Number = parameter("MC_YAWRATE_K", 1.0, "-", "factor of P, I and D of the yaw rate", high=5.0)
-    yaw_most: Number = parameter("MC_YR_INT_LIM", 0.3, "-", "limit of its integral", tunable=False)
+    yaw_most: Number = parameter("MC_YR_INT_LIM", 0.3, "-", "limit of the yaw rate's integral", tunable=False)
     airmode: Number = switch("MC_AIRMODE", 0.0, "1: thrust may grow for roll and pitch; 2: for yaw too", most=2)
     factor: Number = parameter(
         "THR_MDL_FAC", 0.0, "-", "share of a motor's thrust that is quadratic in its command", tunable=False
@@ -74,12 +74,12 @@ class Px4RateParameters(NamedTuple):
 class FilterParameters(NamedTuple):
     """Of the gyro."""
 
-    cut: Number = parameter("IMU_GYRO_CUTOFF", 40.0, "Hz", "cut-off of the rates; 0: none", high=1000.0, tunable=False)
-    derivative: Number = parameter("IMU_DGYRO_CUTOFF", 30.0, "Hz", "cut-off of slopes; 0: none", high=1000.0, tunable=False)
-    centre0: Number = parameter("IMU_GYRO_NF0_FRQ", 0.0, "Hz", "centre of first notch; 0: none", high=1000.0, tunable=False)
-    band0: Number = parameter("IMU_GYRO_NF0_BW", 20.0, "Hz", "its band", high=100.0, tunable=False)
-    centre1: Number = parameter("IMU_GYRO_NF1_FRQ", 0.0, "Hz", "centre of second notch; 0: none", high=1000.0, tunable=False)
-    band1: Number = parameter("IMU_GYRO_NF1_BW", 20.0, "Hz", "its band", high=100.0, tunable=False)
+    cut: Number = parameter("IMU_GYRO_CUTOFF", 40.0, "Hz", "cut-off of body rates; 0: none", high=1000.0, tunable=False)
+    derivative: Number = parameter("IMU_DGYRO_CUTOFF", 30.0, "Hz", "cut-off of D parts; 0: none", high=1000.0, tunable=False)
+    centre0: Number = parameter("IMU_GYRO_NF0_FRQ", 0.0, "Hz", "first notch's centre; 0: none", high=1000.0, tunable=False)
+    band0: Number = parameter("IMU_GYRO_NF0_BW", 20.0, "Hz", "first notch's bandwidth", high=100.0, tunable=False)
+    centre1: Number = parameter("IMU_GYRO_NF1_FRQ", 0.0, "Hz", "second notch's centre; 0: none", high=1000.0, tunable=False)
+    band1: Number = parameter("IMU_GYRO_NF1_BW", 20.0, "Hz", "second notch's bandwidth", high=100.0, tunable=False)
 
 
 class Px4AttitudeParameters(NamedTuple):
@@ -106,18 +106,18 @@ class Px4PositionParameters(NamedTuple):
     z_i: Number = parameter("MPC_Z_VEL_I_ACC", 2.0, "1/s^2", "I gain of the vertical speed", low=0.2, high=3.0)
     z_d: Number = parameter("MPC_Z_VEL_D_ACC", 0.0, "-", "D gain of the vertical speed", high=2.0)
     speed: Number = parameter("MPC_XY_VEL_MAX", 12.0, "m/s", "largest horizontal speed", tunable=False)
-    up: Number = parameter("MPC_Z_VEL_MAX_UP", 3.0, "m/s", "largest climb", tunable=False)
-    down: Number = parameter("MPC_Z_VEL_MAX_DN", 1.5, "m/s", "largest descent", tunable=False)
+    up: Number = parameter("MPC_Z_VEL_MAX_UP", 3.0, "m/s", "largest climb rate", tunable=False)
+    down: Number = parameter("MPC_Z_VEL_MAX_DN", 1.5, "m/s", "largest descent rate", tunable=False)
     tilt: Number = parameter("MPC_TILTMAX_AIR", 45.0, "deg", "largest tilt", zero=False, tunable=False)
     least: Number = parameter("MPC_THR_MIN", 0.12, "-", "least thrust", tunable=False)
     most: Number = parameter("MPC_THR_MAX", 1.0, "-", "largest thrust", zero=False, tunable=False)
-    hover: Number = parameter("MPC_THR_HOVER", 0.5, "-", "thrust of a hover", zero=False, tunable=False)
+    hover: Number = parameter("MPC_THR_HOVER", 0.5, "-", "hover thrust", zero=False, tunable=False)
     estimated: Number = switch("MPC_USE_HTE", 1.0, "1: hover thrust is estimated in flight")
-    reach: Number = parameter("HTE_THR_RANGE", 0.2, "-", "how far the estimate may be from MPC_THR_HOVER", tunable=False)
+    reach: Number = parameter("HTE_THR_RANGE", 0.2, "-", "how far the hover thrust may be from MPC_THR_HOVER", tunable=False)
     margin: Number = parameter(
         "MPC_THR_XY_MARG", 0.3, "-", "thrust reserved for horizontal control while climbing", tunable=False
     )
-    slope: Number = parameter("MPC_VELD_LP", 5.0, "Hz", "cut-off of the velocity's slope", tunable=False)
+    slope: Number = parameter("MPC_VELD_LP", 5.0, "Hz", "cut-off of the velocity's D part", tunable=False)
     decoupled: Number = switch("MPC_ACC_DECOUPLE", 1.0, "1: climbing does not change the tilt")
 
 

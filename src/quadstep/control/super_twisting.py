@@ -39,14 +39,14 @@ class SuperTwistingGains(NamedTuple):
     twisting: Vector = gain(usual(1.3, 2), "m/s^3", "rate of the integral part", symbol="k_2", key="k_2", zero=True)
     layer: Number = gain(0.35, "m/s", "boundary layer of s in which the sign is smoothed", low=0.005, high=5.0, scale="log")
     bound: Number = gain(15.0, "m/s^2", "bound on the integral part along an axis", tunable=False)
-    turn_slope: Vector = gain(usual((8.8, 8.8, 8.0), 1, "body"), "1/s", "slope of the attitude loop", symbol="c_R")
+    turn_slope: Vector = gain(usual((8.8, 8.8, 8.0), 1, "body"), "1/s", "decay rate of the attitude error", symbol="c_R")
     turn_reaching: Vector = gain(
         usual((17.3, 17.3, 10.0), 1, "rate"), "rad^(1/2)/s^(3/2)", "k_1 of the attitude loop", key="h_1"
     )
     turn_twisting: Vector = gain(
         usual((15.4, 15.4, 15.0), 2, "body"), "rad/s^3", "k_2 of the attitude loop", key="h_2", zero=True
     )
-    turn_layer: Number = gain(1.0, "rad/s", "layer of the attitude loop", low=0.02, high=10.0, scale="log")
+    turn_layer: Number = gain(1.0, "rad/s", "boundary layer of the attitude loop", low=0.02, high=10.0, scale="log")
     turn_bound: Number = gain(100.0, "rad/s^2", "bound on the integral part about an axis", tunable=False)
     lipschitz: Number = gain(0.0, "m/s^3", "largest rate of the disturbance to reject", zero=True, tunable=False)
 

@@ -135,10 +135,10 @@ class PredictionSection(Section):
     attitude: Annotated[Pair, Quantity("", "correction gain on the difference in attitude")]
     velocity: Annotated[Pair, Quantity("", "correction gain on the difference in velocity")]
     torque: Annotated[Pair, Quantity("1/s", "gain of the decaying angular acceleration")]
-    torque_fade: Annotated[Pair, Quantity("1/s", "its decay rate")]
+    torque_fade: Annotated[Pair, Quantity("1/s", "decay rate of the angular acceleration")]
     trend: Annotated[Pair, Quantity("1/s", "gain of the constant angular acceleration")]
     force: Annotated[Pair, Quantity("1/s", "gain of the decaying acceleration")]
-    force_fade: Annotated[Pair, Quantity("1/s", "its decay rate")]
+    force_fade: Annotated[Pair, Quantity("1/s", "decay rate of the acceleration")]
     authority: Annotated[Pair, Quantity("", "share of the commanded torque that is trusted")] = (1.0, 1.0)
     leak: Annotated[Pair, Quantity("1/s", "feedback of the rates to zero")] = (0.0, 0.0)
     spring: Annotated[Finite, Quantity("1/s^2", "feedback of the difference between tilt and setpoint tilt")] = 0.0

@@ -49,7 +49,7 @@ class Normal(Section):
     """Normal with this mean and standard deviation, truncated at low and high where given."""
 
     type: Literal["normal"]
-    mean: Annotated[Finite, Quantity("", "in the key's unit")]
+    mean: Annotated[Finite, Quantity("", "mean, in the key's unit")]
     deviation: Annotated[Positive, Quantity("", "standard deviation")]
     low: Annotated[Finite | None, Quantity("", "truncated below this value")] = None
     high: Annotated[Finite | None, Quantity("", "truncated above this value")] = None
@@ -82,7 +82,7 @@ class LogNormal(Section):
     """Log-normal, truncated at low and high where given."""
 
     type: Literal["log-normal"]
-    median: Annotated[Positive, Quantity("", "in the key's unit")]
+    median: Annotated[Positive, Quantity("", "median, in the key's unit")]
     sigma: Annotated[Positive, Quantity("", "standard deviation of the logarithm")]
     low: Annotated[Positive | None, Quantity("", "truncated below this value")] = None
     high: Annotated[Positive | None, Quantity("", "truncated above this value")] = None

@@ -41,7 +41,7 @@ from quadstep.vehicle.paper import DeclaredDisturbance, Disturbance, Rotors, Sta
 class RotorsSection(Section):
     """The four rotors of the paper's vehicle."""
 
-    arm: Annotated[Positive, Quantity("m", "l, from the centre to a rotor")] = 0.25
+    arm: Annotated[Positive, Quantity("m", "l, distance from the centre to a rotor")] = 0.25
     moment: Annotated[Positive, Quantity("m", "c, torque per thrust")] = 0.05
     limits: Annotated[
         Annotated[tuple[NonNegative, Positive], BeforeValidator(as_tuple)] | None,
@@ -61,7 +61,7 @@ class VehicleSection(Section):
     gravity: Annotated[Positive, Quantity("m/s^2", "gravity g")] = 9.81
     kinematics: Annotated[
         Literal["standard", "printed", "rigid"],
-        Quantity("", "which T_eta: from Newton-Euler, from the paper, or consistent with the paper's thrust"),
+        Quantity("", "T_eta: from Newton-Euler, as printed in the paper, or consistent with the paper's thrust"),
     ] = "standard"
     rotors: RotorsSection = RotorsSection()
 

@@ -19,17 +19,17 @@ class PlanarNumbers(NamedTuple):
     """Of the vehicle."""
 
     mass: Number = gain(0.5, "kg", "mass m")
-    inertia: Number = gain(0.004, "kg m^2", "about the pitch axis, J")
+    inertia: Number = gain(0.004, "kg m^2", "moment of inertia about the pitch axis, J")
     gravity: Number = gain(9.81, "m/s^2", "gravity g")
-    arm: Number = gain(0.15, "m", "from the centre to each rotor")
+    arm: Number = gain(0.15, "m", "distance from the centre to each rotor")
     most_thrust: Number = gain(6.0, "N", "largest thrust of a rotor; the least is 0")
 
 
 class PlanarLimits(NamedTuple):
     """When a flight counts as diverged."""
 
-    distance: Number = gain(100.0, "m", "from the path")
-    rate: Number = gain(100.0, "rad/s", "of the pitch")
+    distance: Number = gain(100.0, "m", "largest distance from the path")
+    rate: Number = gain(100.0, "rad/s", "largest pitch rate")
 
 
 class PlanarState(NamedTuple):

@@ -171,9 +171,9 @@ class StudyFile(Section):
     name: Annotated[Name, Quantity("", "name of the study, shown in its report")] = "Study"
     vehicles: Annotated[Names, Quantity("", "presets, plants, vehicle files, or FILE.py:NAME of your own")]
     common: Annotated[Keys, Quantity("", "mission keys common to all flights")] = Field(default_factory=dict)
-    paths: Annotated[dict[str, PathEntry], BeforeValidator(check_table), Quantity("", "by name")]
-    scenarios: Annotated[dict[str, ScenarioEntry], BeforeValidator(check_table), Quantity("", "by name")]
-    controllers: Annotated[dict[str, ControllerEntry], BeforeValidator(check_table), Quantity("", "by name")]
+    paths: Annotated[dict[str, PathEntry], BeforeValidator(check_table), Quantity("", "paths by name")]
+    scenarios: Annotated[dict[str, ScenarioEntry], BeforeValidator(check_table), Quantity("", "scenarios by name")]
+    controllers: Annotated[dict[str, ControllerEntry], BeforeValidator(check_table), Quantity("", "controllers by name")]
     tuning: TuningSection | None = None
     margins: Annotated[Annotated[dict[str, MarginEntry], BeforeValidator(check_table)] | None, Quantity("", "by name")] = None
     seeds: Annotated[int, Field(ge=2, le=MOST_SEEDS), Quantity("", "flights per cell")] = 500
