@@ -281,6 +281,11 @@ def shown(text):
 
 def test_the_report_holds_all_figures_and_tables(page, report, claims, metrics):
     assert len(re.findall("<figure[ >]", report)) == len(FIGURES)
+    captions = [
+        html.unescape(re.sub("<[^>]+>", "", one)) for one in re.findall(r"<figcaption>(.*?)</figcaption>", report, re.DOTALL)
+    ]
+    assert [one.partition(":")[0] for one in sorted(captions)] == sorted(f"Fig. {int(name[3:])}" for name in FIGURES)
+    assert all(one.endswith(".") and one.count(". ") >= 2 for one in captions), "what is drawn, and what to see of it"
     judged, full, cases, starts, stress, chosen = page.tables
     assert [row[0] for row in judged[1:]] == [shown(claim["name"]) for claim in claims]
     assert [row[-1] for row in judged[1:]] == [claim["verdict"] for claim in claims]

@@ -65,6 +65,20 @@ CAPTIONS = {
     12: "Comparison: input commands (Case 3)",
 }
 
+TO_SEE: dict[int, str | tuple[str, ...]] = {
+    3: "Velocity and acceleration are zero at both ends, and in proportion to the distance.",
+    4: ("rest at the end point", "near-perfect tracking"),
+    5: ("angles match their commands",),
+    6: ("inputs realisable",),
+    7: ("decoupling in x",),
+    8: "Pitch tilts the thrust along x; roll stays at zero.",
+    9: "The pitch torque moves the vehicle along x; the roll torque stays at zero.",
+    10: ("better z tracking than [11]", "smaller x and y error than [11]"),
+    11: ("faster attitude settling than [11]",),
+    12: ("smoother thrust than [11]", "larger early transients"),
+}
+"""What a figure shows: in words, or the names of claims, of which the first sentence of what was measured is said."""
+
 GLANCE = 4
 """The figure at the top."""
 
@@ -304,6 +318,16 @@ CASES_HEADER = (
 )  # fmt: skip
 
 
+def to_see(number: int, claims: list[Claim]) -> str:
+    """What a figure shows, in sentences."""
+    shown = TO_SEE[number]
+    if isinstance(shown, str):
+        return shown
+    said = [f"{re.split(r'; |[.] |[.]$', one.measured)[0]}." for name in shown for one in claims if one.name == name]
+    two = any("[11]" in name for name in shown)
+    return " ".join([*said, *["Numbers of the paper's law come first, those of [11] second."] * two])
+
+
 def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Evidence:
     """What was found. flying: whether page.html stands beside the report."""
     columns = [(scale, nets) for scale in STRESS_SCALES for nets in (True, False)]
@@ -313,7 +337,7 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
     start_header = ["start; gains of [11]", *(claim.name for claim in compared)]
     starts = compared[0].values["by_start"]
     start_rows = [[start, *(claim.values["by_start"][start] for claim in compared)] for start in starts]
-    figures = {n: Figure(figure_name(n), f"Fig. {n}: {caption}") for n, caption in CAPTIONS.items()}
+    figures = {n: Figure(figure_name(n), f"Fig. {n}: {caption}. {to_see(n, claims)}") for n, caption in CAPTIONS.items()}
     judged = [(c.name, briefly(c.measured), (c.verdict, VERDICTS[c.verdict])) for c in claims]
     in_full = markup.table(("claim", "the paper's sentence", "measured"), [(c.name, c.sentence, c.measured) for c in claims])
     return Evidence(
