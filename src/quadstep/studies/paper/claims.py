@@ -193,11 +193,11 @@ def neurons(study: PaperStudy) -> list[Claim]:
         larger[flight] = {n: int((values > errors[10]).sum()) for n, values in errors.items()}
     values = {flight: {str(n): value for n, value in by_count.items()} for flight, by_count in median.items()}
     measured = {
-        other: f"With {other} neurons, against 10, the median RMSE is "
+        other: f"With {other} neurons, not 10, the median RMSE is "
         + units.listed(
             [
                 f"{units.quantity(m[other], 'm')} against {units.quantity(m[10], 'm')} ({flight}; larger in "
-                f"{larger[flight][other]} of {len(SEEDS)} seeds)"
+                f"{larger[flight][other]}/{len(SEEDS)} seeds)"
                 for flight, m in median.items()
             ]
         )
