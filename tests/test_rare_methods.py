@@ -148,8 +148,8 @@ def test_plain_flights_that_look_for_several_kinds_of_failure_add_their_rates():
     found = summarise([both, both]).crude
     assert (found.flights, found.failures) == (4 * event.crude, 8)
     assert found.rate.value == pytest.approx(2.0 * 2 / event.crude)
-    share = f"4 of {2 * event.crude:,} for"
-    assert f"and failed {share} 'a' and {share} 'b'; these shares add up: a probability of " in found.sentence
+    share = f"4 of the {2 * event.crude:,} tested for"
+    assert f"{share} 'a' and {share} 'b' failed: together a probability of " in found.sentence
 
 
 @pytest.mark.parametrize(("count", "sigma"), [(10, 0.8), (5, 0.05), (5, 0.4)])

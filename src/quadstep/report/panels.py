@@ -56,10 +56,8 @@ def of_attitude(log: FlightLog, panels: list[Panel]) -> str:
     if not found:
         return "Attitude and rates."
     largest, place, usual, name = max(found)
-    return (
-        f"Farthest from the law's command: {name}, by {angle(largest)} at {at(t, place)}; "
-        f"by less than {angle(usual)} half of the time."
-    )
+    most, half = (quantity(float(np.degrees(one)), "°") for one in (largest, usual))
+    return f"Farthest from the law's command: {name}, by {most} at {at(t, place)}; by less than {half} half of the time."
 
 
 def of_inputs(log: FlightLog, panels: list[Panel]) -> str:
@@ -89,11 +87,6 @@ def of_others(panels: list[Panel], t: Numbers, more: str = "") -> str:
             size = number(value) if unit == "-" or "," in unit else quantity(value, unit)
             found.append(f"{panel.label}{f', {name}' if len(panel.lines) > 1 else ''}: {size} at {at(t, place)}")
     return f"Largest values: {'; '.join(found)}.{more}" if found else listed([panel.label for panel in panels])
-
-
-def angle(value: float) -> str:
-    """An angle [rad] in degrees."""
-    return quantity(float(np.degrees(value)), "°")
 
 
 def at(t: Numbers, place: int) -> str:

@@ -321,11 +321,12 @@ CASES_HEADER = (
 def to_see(number: int, claims: list[Claim]) -> str:
     """What a figure shows, in sentences."""
     shown = TO_SEE[number]
-    if isinstance(shown, str):
-        return shown
-    said = [f"{re.split(r'; |[.] |[.]$', one.measured)[0]}." for name in shown for one in claims if one.name == name]
-    two = any("[11]" in name for name in shown)
-    return " ".join([*said, *["Numbers of the paper's law come first, those of [11] second."] * two])
+    said = (
+        [shown]
+        if isinstance(shown, str)
+        else [f"{re.split(r'; |[.] |[.]$', one.measured)[0]}." for name in shown for one in claims if one.name == name]
+    )
+    return " ".join([*said, *["Numbers of the paper's law come first, those of [11] second."] * (number >= 10)])
 
 
 def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Evidence:

@@ -41,12 +41,10 @@ class Crude(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        said = f"{self.failures:,} of {self.flights:,} failed"
-        if len(self.kinds) > 1:
-            each = (f"{failed:,} of {flown:,} for '{kind}'" for kind, (flown, failed) in self.kinds.items())
-            said = f"each was tested for one kind of failure, and failed {units.listed([*each])}; these shares add up"
+        each = [f"{failed:,} of the {flown:,} tested for '{kind}'" for kind, (flown, failed) in self.kinds.items()]
+        said = f"{units.listed(each)} failed: together" if each[1:] else f"{self.failures:,} of {self.flights:,} failed:"
         return (
-            f"{said}: a probability of {units.number(self.rate.value)}, "
+            f"{said} a probability of {units.number(self.rate.value)}, "
             f"between {units.number(self.rate.low)} and {units.number(self.rate.high)} with {100 * (1 - DOUBT):g} % confidence"
         )
 
