@@ -9,7 +9,7 @@ import pytest
 
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
-from quadstep.metrics.quantities import attitude_errors, position_errors
+from quadstep.metrics.quantities import LoggedFlight, attitude_error, position_errors
 from quadstep.metrics.reductions import rmse, settling_time
 from quadstep.metrics.registry import REPORTED, SCORED, flight_metrics, score_names_of
 from quadstep.numbers import Vector
@@ -33,7 +33,7 @@ def test_the_root_mean_square_of_three_four_is_root_of_twelve_and_a_half():
 def test_errors_are_wanted_minus_actual():
     log = log_of(2, x=[1.0, 2.0], x_d=[3.0, 5.0], phi=[0.1, 0.2], phi_d=[0.0, 0.0])
     assert position_errors(log).tolist() == [[2.0, 0.0, 0.0], [3.0, 0.0, 0.0]]
-    assert attitude_errors(log)[:, 2].tolist() == [-0.1, -0.2]
+    assert attitude_error(LoggedFlight(log)).values[:, 2].tolist() == [-0.1, -0.2]
 
 
 def test_position_errors_axis_by_axis_and_together():
@@ -59,7 +59,8 @@ def test_errors_of_angles_are_the_shorter_way_round():
     assert attitude["largest[rad]"] == pytest.approx(shorter[0])
     assert flight_metrics(log_of(2, phi=[0.5, 2.0 * math.pi], phi_d=[0.0, 0.0]))["attitude"]["phi"]["angle_settling[s]"] == 1.0
     wanted, flown = np.random.default_rng(1).uniform(-1.5, 1.5, (2, 100))
-    assert np.array_equal(attitude_errors(log_of(100, phi_d=wanted, phi=flown))[:, 2], wanted - flown)  # of bits as they were
+    found = attitude_error(LoggedFlight(log_of(100, phi_d=wanted, phi=flown))).values[:, 2]
+    assert np.array_equal(found, wanted - flown)  # bit for bit
 
 
 SETTLING = {

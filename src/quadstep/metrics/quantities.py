@@ -61,13 +61,6 @@ def shorter_way(turned: Numbers) -> Numbers:
     return turned - 2.0 * np.pi * np.floor(turned / (2.0 * np.pi) + 0.5)
 
 
-def attitude_errors(log: FlightLog) -> Numbers:
-    """(psi_d, theta_d, phi_d) - (psi, theta, phi) at each sample, the shorter way round, shape (samples, 3) [rad]; theta_d and
-    phi_d unfiltered.
-    """
-    return shorter_way(log.table("psi_d", "theta_d", "phi_d") - log.table(*ANGLES))
-
-
 def rotor_columns(columns: Mapping[str, str]) -> tuple[str, ...]:
     """Of each rotor's thrust."""
     return tuple(name for name in columns if name[0] == "f" and name[1:].isdigit())
@@ -168,11 +161,14 @@ def rates_over_time(flight: LoggedFlight) -> QuantityRows | None:
     return rows(flight, {"rate": "-"}, np.column_stack([rates, np.full(len(rates), RATE_SCALE)]))
 
 
-def attitude_error(flight: LoggedFlight) -> QuantityRows | None:
-    """Of each angle of the paper's plant against its command; None of a law that does not say which attitude it wants."""
+def attitude_error(flight: LoggedFlight, against: slice = slice(None)) -> QuantityRows | None:
+    """Each angle of the paper's plant from its command, the shorter way round; theta_d, phi_d unfiltered. None of a law that
+    does not say which attitude it wants. against: rows of commands, as many as angles, or one.
+    """
     if not has(flight, *ANGLES, "psi_d", "theta_d", "phi_d"):
         return None
-    return rows(flight, dict.fromkeys(ANGLES, "rad"), attitude_errors(flight.log))
+    wanted = flight.log.table("psi_d", "theta_d", "phi_d")[against]
+    return rows(flight, dict.fromkeys(ANGLES, "rad"), shorter_way(wanted - flight.log.table(*ANGLES)))
 
 
 HEADINGS = ("heading_d", "yaw"), ("psi_d", "psi")
@@ -189,11 +185,8 @@ def heading_error(flight: LoggedFlight) -> QuantityRows | None:
 
 
 def attitude_from_last(flight: LoggedFlight) -> QuantityRows | None:
-    """Each of these angles less the last command, the shorter way round: level, or the final yaw."""
-    if not has(flight, *ANGLES, "psi_d", "theta_d", "phi_d"):
-        return None
-    last = flight.log.table("psi_d", "theta_d", "phi_d")[-1]
-    return rows(flight, dict.fromkeys(ANGLES, "rad"), shorter_way(flight.log.table(*ANGLES) - last))
+    """Each of these angles from the last command: level, or the final yaw."""
+    return attitude_error(flight, slice(-1, None))
 
 
 def measuring_error(flight: LoggedFlight) -> QuantityRows | None:

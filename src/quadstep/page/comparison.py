@@ -52,11 +52,10 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     same = all(one.get("overturned[rad]") == one.get("largest_tilt[rad]") for one in (first, second))
     every = [key for key in dict.fromkeys([*first, *second]) if not (same and key == "overturned[rad]")]
     keys = [key for key in every if not first.get(key) == second.get(key) == 0.0]
-    header = ("", *names, "second / first")[: 3 if unlike else 4]
+    header = ("", *names, "second / first")[: 3 if unlike or not keys else 4]
     rows = [*grades(*contents)] if header[-1] == names[-1] else [[*one, "–"] for one in grades(*contents)]
     rows += [[words(key), *row(key, first.get(key), second.get(key))][: len(header)] for key in keys[:MOST_ROWS]]
-    if not keys:
-        header, rows = ("", *names), [*rows, *reported(*results)]
+    rows += [] if keys else reported(*results)
     errors = [
         markup.Fact(f"{name}: position RMSE", units.quantity(one.rmse, "m"), flew and f"controller: {flew}")
         for name, one, flew in zip(names, results, map(controller, contents), strict=True) if one.rmse is not None
@@ -85,8 +84,8 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         if flights:
             body.append(markup.links([(f"/both?{places}", "Both flights on one page")]))
             body.append(markup.paragraph(f"They fly different {things}, so they are not overlaid."))
-    title = "All numbers" if keys else "What their reports begin with"
-    body += [markup.heading(title, "numbers"), markup.table(header, rows, escape)] if rows else []
+    body += [markup.heading("All numbers" if keys else "What their reports begin with", "numbers")] if rows else []
+    body += [markup.table(header, rows, escape)] if rows else []
     body += [markup.paragraph("Metrics that are 0 in both are omitted.")] if len(keys) < len(every) else []
     return markup.page_text(
         f"{names[0]} and {names[1]}", [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE

@@ -249,16 +249,9 @@ def clocks(flight: FlightRecord, sure: Flags) -> list[Finding]:
     """Lags between sources."""
     found = []
     if "attitude" in flight.channels and "rates" in flight.channels and "rates" not in flight.derived:
-        made = rates_of(filled(flight.channel("attitude")), flight.time)
-        seen = [
-            one
-            for axis in (0, 1)
-            if (
-                one := lag(
-                    filled(flight.channel("rates"))[sure, axis], smooth(made, flight.period, 0.03)[sure, axis], flight.period
-                )
-            )
-        ]
+        told = filled(flight.channel("rates"))[sure]
+        made = smooth(rates_of(filled(flight.channel("attitude")), flight.time), flight.period, 0.03)[sure]
+        seen = [one for axis in (0, 1) if (one := lag(told[:, axis], made[:, axis], flight.period))]
         if seen:
             late, alike = (float(np.mean(parts)) for parts in zip(*seen, strict=True))
             by = f"{1e3 * abs(late):.0f} ms"

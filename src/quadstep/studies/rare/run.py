@@ -167,30 +167,22 @@ def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
     """One panel: lines over the score, on to a cross at the right for failure itself."""
     scores: dict[str, None] = {}
     failing = []
-    for one in pieces:
-        for event in (event for event in one.events if event.failure == name):
-            own = one.kind == PieceKind.REPLICATE.value
-            colour, line = (OWN, "-") if own else (OTHER, "--")
-            steps = [(threshold, share) for threshold, share in event.levels if threshold is not None and share > 0.0]
-            axes.plot(
-                [x for x, _ in steps],
-                [y for _, y in steps],
-                marker=".",
-                markersize=4,
-                color=colour,
-                linewidth=0.8,
-                linestyle=line,
-            )
-            if event.probability > 0.0:
-                failing.append((steps[-1:], event.probability, END if own else OTHER))
-            scores |= dict.fromkeys(event.score)
+    flown = [(one.kind, event) for one in pieces for event in one.events if event.failure == name]
+    for kind, event in flown:
+        own = kind == PieceKind.REPLICATE.value
+        colour, line = (OWN, "-") if own else (OTHER, "--")
+        steps = [(threshold, share) for threshold, share in event.levels if threshold is not None and share > 0.0]
+        x, y = ([step[part] for step in steps] for part in (0, 1))
+        axes.plot(x, y, line, marker=".", markersize=4, color=colour, linewidth=0.8)
+        if event.probability > 0.0:
+            failing.append((steps[-1:], event.probability, END if own else OTHER))
+        scores |= dict.fromkeys(event.score)
     if max(map(abs, axes.get_xlim())) > FAR:
         axes.set_xscale("asinh", linear_width=LINEAR)
         axes.xaxis.set_major_locator(AsinhLocator(LINEAR, numticks=5))
         axes.xaxis.set_minor_locator(NullLocator())
         axes.xaxis.set_major_formatter(Powers())
-    flown = [event for one in pieces for event in one.events if event.failure == name]
-    if all(threshold is None for event in flown for threshold, _ in event.levels):
+    if all(threshold is None for _, event in flown for threshold, _ in event.levels):
         axes.set_xticks([])
     axes.margins(x=0.15)
     axes.set_xlim(*axes.get_xlim())
