@@ -285,7 +285,11 @@ def test_what_decides_is_found_and_what_does_nothing_is_not(tmp_path, unflown):
     keys = MASS + '"disturbance.scale" = {type="uniform", low=0.0, high=1.0}\n'
     keys += '"controller.nets.enabled" = {type="choice", values=[true, false]}\n'
     text, cells = reported(tmp_path, keys, 3000, lost, made)
-    shares = {row[0]: [float(cell.split()[0]) for cell in row[1:]] for row in cells if len(row) == 3 and "[" in row[2]}
+    shares = {
+        row[0]: [float(cell.split()[0].replace(",", "")) for cell in row[1:]]
+        for row in cells
+        if len(row) == 3 and "[" in row[2]
+    }
     error, failure = (dict(zip(shares, part, strict=True)) for part in zip(*shares.values(), strict=True))
     assert error["disturbance scale [times Eq. 67]"] > 95.0
     assert error["vehicle mass [kg]"] < 2.0
