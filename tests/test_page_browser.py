@@ -13,6 +13,7 @@ from quadstep.engines.fly import fly
 from quadstep.mission.paths import CirclePath
 from quadstep.page.build import fly_missions
 from quadstep.page.serve import server
+from quadstep.page.story import OWN
 from tests.browsers import axe, picture, until
 from tests.commands import write
 from tests.needs import CHROMIUM, needs, package
@@ -480,6 +481,26 @@ def test_ghost_flies_beside(open_page):
     assert "ghost" in page.locator("#plot-position .roles").inner_text()
     page.select_option("#controller", "nested-saturation")
     assert np.abs(rows(page)[:, :4] - own[:, :4]).max() > 1e-3
+
+
+HEAVY = ("1.999", "4", "4.943", "4.944", "5")
+
+
+@pytest.mark.parametrize("hovering", [True, False])
+def test_a_true_mass_that_is_moved_starts_at_its_own_hover_and_may_be_too_heavy(open_page, tmp_path, hovering):
+    """Rows are those that `fly` has for that mass with the controller's belief left as it was."""
+    text = (OWN.parent / "wind.toml").read_text() + f"[start]\nhovering = {str(hovering).lower()}\n"
+    text = text.replace("duration = 14.0", "duration = 0.3")
+    page = open_page(file=write(tmp_path, fly_missions([write(tmp_path, text, "wind.toml")]), "page.html"))
+    for mass in HEAVY:
+        page.evaluate("mass => quadstep.setControl('mass', mass)", float(mass))
+        own = text.replace('"x500"', f'"x500"\nmass = {mass}').replace('"geometric"', '"geometric"\nmass = 2.28')
+        plan = read_mission(write(tmp_path, own, "own.toml")).plan()
+        assert rows(page).tobytes() == fly(plan).rows.tobytes(), mass
+        said = next((one for one in plan.warnings if "cannot hover" in one), "")
+        clause = said.partition("it cannot hover: ")[2].partition(";")[0].replace(" ", "\N{NO-BREAK SPACE}")
+        words = page.locator("#summary-words").inner_text().replace(" ", "\N{NO-BREAK SPACE}")
+        assert (clause in words) and (bool(clause) == ("cannot" in words)), (said, words)
 
 
 def test_divergence_is_told(open_page):

@@ -171,6 +171,8 @@ export interface SummaryData {
   readonly least: string | null;
   /** From the vehicle's centre to its farthest rotor [m]; 0: not known. */
   readonly arm: number;
+  /** Of a newton along the axis of each rotor, what all of them lift [N]. */
+  readonly upward: number;
   /** How much of its path is flown, in a clause; "" for all of it. */
   readonly cut: string;
   /** What Python measured of the file's flight, as far as it did. share: greatest part of the rotors' full thrust. */
@@ -223,9 +225,9 @@ export interface Component {
   readonly sets: readonly Effect[];
 }
 
-/** new = factor * value + offset, or factor / value + offset, instead of the old or added to it. */
+/** new = factor * value + offset, or factor / value + offset, instead of the old or added to it; or the start's rotor speeds, with which the value as a mass hovers. */
 export interface Effect {
-  readonly what: "parameter" | "start" | "duration";
+  readonly what: "parameter" | "start" | "duration" | "hover";
   readonly name: string;
   readonly factor: Num;
   readonly power: 1 | -1;

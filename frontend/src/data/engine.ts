@@ -30,6 +30,10 @@ export function inputs(page: PageData, flight: FlightData, controller: Controlle
   let duration = ticks.last * ticks.step;
 
   const place = (effect: Effect, value: number): void => {
+    if (effect.what === "hover") {
+      hover(value, parameters, names).forEach((speed, i) => (start[starts.get(`speeds.${i}`)!] = speed));
+      return;
+    }
     const factor = Number(effect.factor);
     const result = plus(effect.power === -1 ? factor / value : factor * value, Number(effect.offset));
     if (effect.what === "duration") {
@@ -54,6 +58,17 @@ export function inputs(page: PageData, flight: FlightData, controller: Controlle
   }
   ticks.last = Math.max(ticks.log, Math.round(duration / ticks.step));
   return { controller, names, parameters, start, tables, ticks };
+}
+
+/** The speeds [rad/s] at which rotors carry a mass [kg], to the bit as quadstep/vehicle/allocation.py, allocate, has them. */
+function hover(mass: number, parameters: Float64Array, names: ReadonlyMap<string, number>): number[] {
+  const of = (name: string): number => parameters[names.get(name) ?? -1] ?? Number.NaN;
+  const [least, most, squared] = [of("allocation.least"), of("allocation.most"), 1 / of("allocation.thrust")];
+  const lift: number[] = [];
+  while (names.has(`allocation.matrix.${lift.length}.0`)) lift.push(of(`allocation.matrix.${lift.length}.0`));
+  const [bottom, top] = [Math.max(...lift.map((part) => least * (1 / part))), Math.min(...lift.map((part) => most * (1 / part)))];
+  const lifted = Math.min(top, Math.max(bottom, mass * of("airframe.gravity")));
+  return lift.map((part) => Math.sqrt(Math.min(most, Math.max(least, lifted * part)) * squared));
 }
 
 /** The sum; with nothing added it is a to the bit, so that a file's own numbers fly as Python flies them. */

@@ -6,7 +6,7 @@ import { write } from "../data/fragment";
 import { controllerOf, controlsOf, fresh, keyOf } from "../data/settings";
 import type { Session, Shown } from "../session";
 import { fill, h } from "../view/dom";
-import { join, number, plain, plainUnit, quantity } from "../view/format";
+import { join, number, plain, plainUnit, quantity, short } from "../view/format";
 import { closed, prose } from "../view/notation";
 import { markOf } from "./grade";
 import type { Measures } from "./measure";
@@ -74,12 +74,22 @@ function besides(shown: Shown): string[] {
   const { flight, data, settings, graded, asFiled, whole } = shown;
   if (whole !== undefined) return ["While you drag, numbers and plots cover only this beginning."];
   const sameTime = data.controls.every(({ id, group }) => group !== "Path" || AS_LONG.has(id) || !settings.values[id]);
+  const heavy = asFiled ? "" : tooHeavy(shown);
   const why = flight.held
-    ? [graded.left, ...graded.reasons, graded.advice, sameTime ? data.summary.cut : ""]
-    : [`${flight.why || "it was lost"}${data.whyNot ? "" : "; the numbers stop there"}`];
+    ? [heavy, graded.left, ...graded.reasons, graded.advice, sameTime ? data.summary.cut : ""]
+    : [heavy, `${flight.why || "it was lost"}${data.whyNot ? "" : "; the numbers stop there"}`];
   const original = data.outcome.grade === "lost" ? `was lost at ${data.outcome.ended.toFixed(2)} s` : `flew for ${number(data.outcome.ended, 3)} s`;
   const compared = asFiled || comparable(shown) ? "" : `the original ${original}`;
   return [...why, compared].filter(Boolean).map((one) => closed(`${one[0]!.toUpperCase()}${one.slice(1)}`));
+}
+
+/** As `quadstep fly` warns (src/quadstep/mission/airframe.py, warnings); "" where its rotors can carry it. */
+function tooHeavy({ given, data: { summary } }: Shown): string {
+  const of = (name: string): number => given?.parameters[given.names.get(name) ?? -1] ?? Number.NaN;
+  const body = given?.names.has("airframe.mass") ? "airframe" : "vehicle";
+  const [mass, most] = [of(`${body}.mass`), summary.upward * of(summary.limit ?? "")];
+  const weight = mass * of(`${body}.gravity`);
+  return most <= weight ? `it cannot hover: ${short(mass, 6)} kg weigh ${short(weight, 4)} N, its rotors lift at most ${short(most, 4)} N` : "";
 }
 
 /** For paper, which has no controls: what was changed, and the end of the link that flies it. */

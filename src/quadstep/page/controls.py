@@ -123,11 +123,12 @@ def shared_controls(mission: LagrangeMission, plan: FlightPlan) -> list[Control]
 def airframe_controls(mission: Mission, plan: FlightPlan) -> list[Control]:
     """Path, mass, wind and start of a mission for a real vehicle."""
     airframe = plan.parameters.airframe
+    carried = [Effect("hover", "speeds")] if cast("MultirotorMission", mission).start.hovering else []
     return [
         *grouped("Path", *path_controls(mission, plan.ticks)),
         *grouped(
             "Vehicle",
-            positive("mass", "true mass", "kg", one(airframe.mass, parameter("airframe.mass")), BELIEVES),
+            positive("mass", "true mass", "kg", one(airframe.mass, parameter("airframe.mass"), *carried), BELIEVES),
             positive(
                 "inertia", "true inertia", "kg m^2", vector_components(airframe.inertia, AXES, "airframe.inertia"), BELIEVES
             ),

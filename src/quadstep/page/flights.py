@@ -196,7 +196,9 @@ def summary(flown: ShownFlight) -> Summary:
     limit = next((name for name in LIMITS if name in numbers and numbers[name] < UNLIMITED), None)
     least = limit if limit is None else limit.replace(".maximum", ".minimum").replace(".most", ".least")
     arm, cut = (flown.mission.arm, flown.mission.cut) if flown.mission else (0.0, "")
-    return Summary(float(getattr(flown.mission, "scored_from", 0.0)), limit, least, arm, cut, filed(flown.metrics))
+    geometry = getattr(flown.plan and flown.plan.loop.plant, "geometry", None)
+    upward = sum(float(mount.axis[2]) for mount in geometry.mounts) if geometry else 4.0
+    return Summary(float(getattr(flown.mission, "scored_from", 0.0)), limit, least, upward, arm, cut, filed(flown.metrics))
 
 
 def filed(metrics: Metrics) -> dict[str, float]:

@@ -15,7 +15,7 @@ FORMAT = 1
 class Effect(NamedTuple):
     """What a control's value v changes: factor * v + offset, or factor / v + offset where power is -1.
 
-    what: "parameter", "start" or "duration". add: on top of what is there.
+    what: "parameter", "start" or "duration"; or "hover", of rotor speeds at the start. add: on top of what is there.
     """
 
     what: str
@@ -145,13 +145,14 @@ class RecordedData(NamedTuple):
 
 class Summary(NamedTuple):
     """What the page sums up of a flight. since: errors count from this time on [s]. limit, least: the parameters that hold a
-    rotor's greatest and least thrust [N]. arm, cut: as `Mission` has them. filed: what Python measured of the file's
-    flight, by the front end's names.
+    rotor's greatest and least thrust [N]. upward: what rotors lift at one newton each [N]. arm, cut: as `Mission` has them.
+    filed: what Python measured of the file's flight, by the front end's names.
     """
 
     since: float
     limit: str | None
     least: str | None
+    upward: float
     arm: float
     cut: str
     filed: dict[str, float]
