@@ -93,7 +93,7 @@ def test_a_student_is_told_what_was_wrong_with_a_flight_that_was_not_lost(room):
     reasons = json.loads((member.folder / f"{member.latest.number}" / MANIFEST).read_text())["grade_reasons"]
     assert (
         reasons
-        and member.message == f"Completed, but {', and '.join(reasons)}. A longer flight would show whether it settles."
+        and member.message == f"Completed. However, {', and '.join(reasons)}. A longer flight would show whether it settles."
     )
 
 

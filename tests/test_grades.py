@@ -125,4 +125,4 @@ def test_json_and_junit_say_the_grade(tmp_path, no_figures):
     assert f'name="grade_reasons" value="{"; ".join(said["grade_reasons"])}"' in (tmp_path / "out.xml").read_text()
     kept = json.loads((tmp_path / "out" / "metrics.json").read_text())
     assert (kept["grade"], kept["grade_reasons"]) == (said["grade"], said["grade_reasons"])
-    assert "but its error is large: " in (tmp_path / "out" / "report.html").read_text()
+    assert ">However, its error is large: " in (tmp_path / "out" / "report.html").read_text()

@@ -44,7 +44,7 @@ def test_the_clock_tells_both_times_in_the_same_way(open_page):
         page.evaluate("id => { quadstep.select(id); quadstep.seek(1e9); }", flight)
         assert page.locator("#time").inner_text() == words
     page.evaluate("quadstep.select('windy')")
-    assert page.locator("#outcome").inner_text() == "Flew for 1.12 s, but: large error"
+    assert page.locator("#outcome").inner_text() == "Flew 1.12 s, with problems: large error"
     assert page.locator("#summary-words").inner_text().startswith("The vehicle did not keep its path: it was ")
 
 

@@ -75,7 +75,7 @@ function inWords({ flight, graded: { grade, labels }, whole }: Shown): string {
   const ended = `${number(flight.ended, 3)} s`;
   if (whole !== undefined) return `First ${ended} of ${number(whole, 3)} s`;
   if (grade === "lost") return `Lost at ${flight.ended.toFixed(2)} s`;
-  return grade === "as asked" ? `Flew as asked for ${ended}` : `Flew for ${ended}, but: ${labels.join(", ")}`;
+  return grade === "as asked" ? `Flew as asked for ${ended}` : `Flew ${ended}, with problems: ${labels.join(", ")}`;
 }
 
 /** How many conditions of each theorem hold. */

@@ -18,7 +18,7 @@ const HANDS: readonly (readonly [string, string])[] = [
   ["Plots", "hover reads values, click moves the cursor, drag zooms, double click shows all; wheel zooms with Ctrl or after a click; ↑ ↓ move a plot, ✕ hides it, log changes its axis"],
   ["Scene", "drag turns, wheel zooms, right drag pans"],
   ["Touch", "in the scene one finger turns, two zoom and pan; on a plot one moves the cursor, two zoom, a double tap shows all"],
-  ["Sliders", "the flight follows while you drag, if need be only its beginning, and is flown whole when you let go; any number can be typed next to a slider"],
+  ["Sliders", "the flight follows while you drag, showing only its beginning if necessary, and is flown whole when you let go; any number can be typed next to a slider"],
 ];
 
 export function help(): () => void {

@@ -46,7 +46,7 @@ class CompletedGains(NamedTuple):
     )
     inertia: Vector = believed("inertia")
     weight_bounds: Vector = gain((20.0, 50.0), "-", "bounds on |W_hat_1| and |W_hat_2|", parts=("W1", "W2"), group=NETS)
-    integral_bounds: Vector = gain((50.0, 50.0), "m, rad", "bounds on |int r1| and |int r2|", parts=("r1", "r2"))
+    integral_bounds: Vector = gain((50.0, 50.0), "m, rad", "bounds on the integrals of r1 and r2", parts=("r1", "r2"))
 
 
 class CompletedMemory(NamedTuple):

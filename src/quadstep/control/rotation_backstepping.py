@@ -75,7 +75,7 @@ class RotationGains(NamedTuple):
     torque_net: Net = net(2, TORQUE_INPUTS, rate=usual(6.0, 2), damping=0.06)
     learning_start: Number = nets_start()
     weight_bounds: Vector = gain((30.0, 100.0), "-", "bounds on |W_1| and |W_2|", parts=("W1", "W2"), group=NETS)
-    integral_bounds: Vector = gain((20.0, 5.0), "m, rad", "bounds on |int r1| and |int r2|", parts=("r1", "r2"))
+    integral_bounds: Vector = gain((20.0, 5.0), "m, rad", "bounds on the integrals of r1 and r2", parts=("r1", "r2"))
     weights_1: Matrix = weights(1)
     weights_2: Matrix = weights(2)
 

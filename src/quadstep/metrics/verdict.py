@@ -124,8 +124,8 @@ class Graded(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """`Completed, but its nose was 45° off its heading (limit 30°).`; empty where a flight was as asked or lost."""
-        return f"Completed, but {together(self.reasons)}. {self.advice}".strip() if self.reasons else ""
+        """`However, its nose was 45° off its heading (limit 30°).`; empty where a flight was as asked or lost."""
+        return f"However, {together(self.reasons)}. {self.advice}".strip() if self.reasons else ""
 
 
 def graded(metrics: Mapping[str, object]) -> Graded:
@@ -134,7 +134,7 @@ def graded(metrics: Mapping[str, object]) -> Graded:
     >>> graded({"outcome": "completed", "relative_error": 0.02}).grade.value
     'as asked'
     >>> graded({"outcome": "completed", "saturated_share": 0.431}).sentence
-    'Completed, but its rotors were saturated 43.1 % of the time (limit 10 %).'
+    'However, its rotors were saturated 43.1 % of the time (limit 10 %).'
     """
     if metrics.get("outcome") != "completed":
         return Graded(FlightGrade.LOST)

@@ -231,7 +231,7 @@ def vehicle_controls(mission: LagrangeMission) -> list[Control]:
     factors = [parameter(f"vehicle.inertia.{axis}", value) for axis, value in enumerate(vehicle.inertia)]
     controls = [
         positive("mass", "true mass", "kg", one(vehicle.mass, parameter("vehicle.mass")), BELIEVES),
-        positive("inertia", "true inertia, times the file's", "-", one(1.0, *factors), BELIEVES),
+        positive("inertia", "true inertia (× original)", "-", one(1.0, *factors), BELIEVES),
     ]
     if vehicle.rotors.limits:
         least, greatest = vehicle.rotors.limits

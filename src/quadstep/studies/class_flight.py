@@ -113,7 +113,8 @@ def fly_submission(text: str, ground: Ground, out: Path) -> SubmissionResult:
     write_json(out / MANIFEST, {**about, **metrics, "mission": mission.model_dump(mode="json")})
     lost = f"Lost at {log.ended:g} s: {REASONS[log.outcome]}." if log.outcome is not Outcome.COMPLETED else ""
     numbers = {key: float(value) for key, value in scalars(metrics).items() if value is not None and math.isfinite(value)}
-    return SubmissionResult(lost or verdict.sentence or "Flown to its end, as asked.", verdict.grade, numbers)
+    told = lost or (f"Completed. {verdict.sentence}" if verdict.sentence else "Flown to its end, as asked.")
+    return SubmissionResult(told, verdict.grade, numbers)
 
 
 def reason_of(error: UserError) -> str:

@@ -13,7 +13,7 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.off_command import off_command
 from quadstep.metrics.quantities import FAR, moves, position_axes, position_errors
 from quadstep.metrics.registry import Metrics, group, metric, rest_of
-from quadstep.metrics.verdict import LEFT_PATH, FlightGrade, graded, together
+from quadstep.metrics.verdict import LEFT_PATH, FlightGrade, graded
 from quadstep.mission.listings import rounded, written
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
@@ -92,8 +92,7 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -
         return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
     off, found = metrics.get("position_rmse[m]"), graded(metrics)
     error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{counted}" if off is not None else ""
-    but = f", but {together(found.reasons)}" if found.reasons else ""
-    return f"The flight completed {log.ended:g} s{error}{but}. {found.advice}".strip()
+    return f"The flight completed {log.ended:g} s{error}. {found.sentence}".strip()
 
 
 def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
@@ -134,10 +133,11 @@ def of_log(log: FlightLog, ending: Metrics | None = None) -> str:
     """What the values of a lost flight leave out: the state that ended it, which is in no row. ending: as in metrics.json."""
     state, said = {key.partition("[")[0]: cast(float, value) for key, value in (ending or {}).items()}, []
     for names, factor, unit in KINDS:
-        known = [f"{name} {units.number(round(factor * state[name], 3))}" for name in names if name in state]
-        said += [f"{', '.join(known)}{units.unit_suffix(unit)}"] if known else []
+        suffix = units.unit_suffix(unit)
+        known = [f"{name} {units.number(round(factor * state[name], 3))}{suffix}" for name in names if name in state]
+        said += [", ".join(known)] if known else []
     ended = f"It ended at {'; '.join(said)}; more of that state is in" if said else "The state that ended it is in"
-    return f"All numbers count up to the log's last row, at {log.column('t')[-1]:.6g} s. {ended} metrics.json."
+    return f"All numbers cover the log up to its last row, at {log.column('t')[-1]:.6g} s. {ended} metrics.json."
 
 
 def worst(log: FlightLog, since: float) -> str:
