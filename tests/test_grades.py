@@ -12,7 +12,7 @@ from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.reductions import late_growth
-from quadstep.metrics.registry import flight_metrics
+from quadstep.metrics.registry import AT_REST, flight_metrics
 from quadstep.metrics.verdict import RULES, FlightGrade, graded
 from quadstep.mission.read import read_mission
 from quadstep.mission.schema import Mission
@@ -64,6 +64,13 @@ def test_a_flight_that_is_merely_cut_grows_towards_its_end_and_settles_if_it_goe
     assert (found.labels, found.advice != "") == ((("rates grew at the end",), True) if grows else ((), False))
     assert found.sentence.endswith("; limit 2). A longer flight would show whether it settles.") == grows
     assert metrics["position"]["x"]["final[m]"] < 1e-3 or grows
+
+
+@pytest.mark.parametrize(("rest", "advised"), [("sound", True), ("fragile", True), ("unstable", False)])
+def test_a_longer_flight_is_not_advised_where_the_loop_at_rest_is_unstable(rest, advised):
+    found = graded({"outcome": "completed", "error_growth": 20.0, AT_REST: {"grade": rest, "why": "a mode grows"}})
+    assert found.sentence.endswith("; limit 2).") != advised and found.sentence.endswith("whether it settles.") == advised
+    assert graded({"outcome": "completed", "shaking[rad]": 0.2, AT_REST: {"grade": rest}}).advice == ""
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.metric)

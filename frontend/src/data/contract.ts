@@ -33,14 +33,13 @@ export interface Limit {
   readonly factor: number;
 }
 
-/** A flight is as asked while the measure is at most `most`; label, text: what is said where it is not, {} for factor times the measure; advice: follows all. */
+/** A flight is as asked while the measure is at most `most`; label, text: what is said where it is not, {} for factor times the measure. */
 export interface Rule {
   readonly metric: MeasureName;
   readonly most: number;
   readonly label: string;
   readonly text: string;
   readonly factor: number;
-  readonly advice: string;
 }
 
 export type Grade = "as asked" | "flew, but" | "lost";

@@ -11,9 +11,8 @@ export interface Graded {
   readonly reasons: readonly string[];
   /** The same in a word or two each. */
   readonly labels: readonly string[];
-  /** That it left its path, and what would tell more: sentences; "" where there is nothing to say. */
+  /** That it left its path, in a sentence; "" where there is nothing to say. */
   readonly left: string;
-  readonly advice: string;
 }
 
 export interface Mark {
@@ -33,14 +32,13 @@ export function markOf({ graded, whole }: { readonly graded: Graded; readonly wh
 }
 
 export function grade(flight: Flight, measures: Measures, { rules, left }: PageData): Graded {
-  if (!flight.held) return { grade: "lost", reasons: [], labels: [], left: "", advice: "" };
+  if (!flight.held) return { grade: "lost", reasons: [], labels: [], left: "" };
   const broken = rules.map((rule) => ({ ...rule, value: measures[rule.metric] ?? 0 })).filter(({ value, most }) => value > most);
   return {
     grade: broken.length ? "flew, but" : "as asked",
     reasons: broken.map(({ text, factor, value, most }) => text.replace("{}", above(factor * value, factor * most))),
     labels: broken.map(({ label }) => label),
     left: broken.length ? leftPath(flight, measures.largest ?? 0, left) : "",
-    advice: broken.find(({ advice }) => advice)?.advice ?? "",
   };
 }
 

@@ -76,7 +76,7 @@ function besides(shown: Shown): string[] {
   const sameTime = data.controls.every(({ id, group }) => group !== "Path" || AS_LONG.has(id) || !settings.values[id]);
   const heavy = asFiled ? "" : tooHeavy(shown);
   const why = flight.held
-    ? [heavy, graded.left, ...graded.reasons, graded.advice, sameTime ? data.summary.cut : ""]
+    ? [heavy, graded.left, ...graded.reasons, sameTime ? data.summary.cut : ""]
     : [heavy, `${flight.why || "it was lost"}${data.whyNot ? "" : "; the numbers stop there"}`];
   const original = data.outcome.grade === "lost" ? `was lost at ${data.outcome.ended.toFixed(2)} s` : `flew for ${number(data.outcome.ended, 3)} s`;
   const compared = asFiled || comparable(shown) ? "" : `the original ${original}`;

@@ -13,6 +13,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from quadstep.io import __version__
+from quadstep.metrics.registry import rest_of
 
 
 class Case(NamedTuple):
@@ -68,8 +69,7 @@ class FlightGrade(StrEnum):
 class Rule(NamedTuple):
     """A flight is as asked while `metric`, as in metrics.json, is at most `most`.
 
-    label: what is wrong with one that is not. text: the same as a clause, `{}` being the metric times `factor`. advice: a
-    sentence that follows all clauses.
+    label: what is wrong with one that is not. text: the same as a clause, `{}` being the metric times `factor`.
     """
 
     metric: str
@@ -77,11 +77,10 @@ class Rule(NamedTuple):
     label: str
     text: str
     factor: float = 1.0
-    advice: str = ""
 
 
 LONGER = "A longer flight would show whether it settles."
-"""Of what a flight that was merely cut while it moved does, too."""
+"""Of what a flight that was merely cut while it moved does, too; not said where the loop at rest is unstable."""
 
 HALF_TURN = 180.0 / 3.141592653589793
 
@@ -94,10 +93,8 @@ RULES = (
     Rule("shaking[rad]", 0.08726646259971647, "shaking", "its thrust axis swung by {}° rms in its second half (limit 5°)",
         HALF_TURN),
     Rule("saturated_share", 0.1, "rotors saturated", "its rotors were saturated {} % of the time (limit 10 %)", 100.0),
-    Rule("error_growth", 2.0, "error grew at the end", "its error grew towards the end (by a factor of {}; limit 2)",
-        advice=LONGER),
-    Rule("rate_growth", 2.0, "rates grew at the end", "its rates grew towards the end (by a factor of {}; limit 2)",
-        advice=LONGER),
+    Rule("error_growth", 2.0, "error grew at the end", "its error grew towards the end (by a factor of {}; limit 2)"),
+    Rule("rate_growth", 2.0, "rates grew at the end", "its rates grew towards the end (by a factor of {}; limit 2)"),
 )  # fmt: skip
 """In the order in which they are said."""
 
@@ -142,7 +139,8 @@ def graded(metrics: Mapping[str, object]) -> Graded:
     values = ((rule, measured.get(rule.metric)) for rule in RULES)
     broken = [(rule, value) for rule, value in values if value is not None and not value <= rule.most]
     reasons = tuple(rule.text.format(above(rule.factor * value, rule.factor * rule.most)) for rule, value in broken)
-    advice = next((rule.advice for rule, _ in broken if rule.advice), "")
+    grew = any(rule.metric.endswith("_growth") for rule, _ in broken)
+    advice = LONGER if grew and rest_of(metrics).get("grade") != "unstable" else ""
     grade = FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED
     return Graded(grade, reasons, tuple(rule.label for rule, _ in broken), advice)
 
