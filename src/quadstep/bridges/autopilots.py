@@ -251,13 +251,13 @@ def checked_address(text: str) -> str:
 
 
 class AutopilotSection(PilotedSection):
-    """An autopilot that its user starts, in lockstep through the interface of its simulators."""
+    """An autopilot that you start, flown in lockstep through its simulator interface."""
 
     controller: ClassVar[type[Controller]] = PilotedLaw
 
     type: Literal["px4", "ardupilot", "betaflight"]
     connect: Annotated[
-        str, AfterValidator(checked_address), Quantity("", "where to listen, [HOST:]PORT; 127.0.0.1 and its usual port")
+        str, AfterValidator(checked_address), Quantity("", "where to listen, [HOST:]PORT; default: 127.0.0.1, usual port")
     ] = ""
 
     def matching(self, plan: FlightPlan) -> AutopilotSettings:

@@ -138,7 +138,7 @@ def replay(
 ) -> None:
     """Predict logged flights from their measured states and commands, and report the errors.
 
-    Mean errors 1, 10 and 50 samples ahead are compared with those of two guesses: velocity and rates held constant
+    Mean errors 1, 10 and 50 samples ahead are compared with those of two guesses: velocity and rates stay constant
     ("constant"), or the rates are zero. --out writes report.html, figures/, prediction_errors.csv and, if requested,
     tracking.csv and estimates.csv.
     """

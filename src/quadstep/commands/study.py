@@ -120,8 +120,8 @@ def completion(
 ) -> None:
     """Check the repaired theorem (docs/theory.md) on random states and fly the completed controller beside the paper's.
 
-    Exit code 0: every statement holds. 1: one does not, or would still hold with a term of its bound scaled by 0.9, so that
-    it is loose. 2: bad input.
+    Exit code 0: every statement holds. 1: one does not, or is loose, as it holds even with a term of its bound
+    scaled by 0.9. 2: bad input.
     """
     from quadstep.proofs.theory.completion import study_completion
 
@@ -136,7 +136,7 @@ def region(
     force: Annotated[float, typer.Option(help="Bound on the unknown force [N], 0 to 1000.")] = 0.0,
     torque: Annotated[float, typer.Option(help="Bound on the unknown torque [N m], 0 to 1000.")] = 0.0,
     bias: Annotated[
-        float, typer.Option(help="Bound on a constant unknown force [N], 0 to 1000, say from a wrong mass.")
+        float, typer.Option(help="Bound on a constant unknown force [N], 0 to 1000, such as from a wrong mass.")
     ] = 0.0,
 ) -> None:
     """Certify the region of Theorem B (docs/theory.md) for the completed law's default gains, and fly from its edge.

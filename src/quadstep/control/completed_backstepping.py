@@ -96,7 +96,7 @@ def with_yaw(yaw: Number, tilt: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class CompletedBackstepping(Controller):
-    """The completed controller. With c the filtered counter-rate, r2 = e2_dot + Lambda_2 e2 + c and
+    """The completed controller; c in r2 = e2_dot + Lambda_2 e2 + c is the filtered counter-rate.
 
     tau = Eq. 35 + P e2 + J (eta_d_dd - Lambda_2^2 e2 - Lambda_2 c + c_dot) + C (eta_d_dot + Lambda_2 e2 + c).
     """

@@ -101,7 +101,7 @@ class FilteredBacksteppingMemory(NamedTuple):
 
 @dataclass(frozen=True)
 class FilteredBackstepping(Controller):
-    """`guide` is place and speed, `law` attitude and body rates."""
+    """`guide` is the position and velocity loop, `law` the attitude and rate loop."""
 
     name = "filtered-backstepping"
     label = "command-filtered backstepping [18]"

@@ -43,12 +43,12 @@ class HedgedInversionGains(NamedTuple):
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
     lag: Number = given(lambda model: model.lag)
-    stiffness_1: Vector = gain(usual(17.8, 2), "1/s^2", "R_p: outer reference model, and feedback of its error", key="R_p")
-    damping_1: Vector = gain(usual((6.35, 6.35, 7.4), 1), "1/s", "R_d: the velocity's, likewise", key="R_d")
+    stiffness_1: Vector = gain(usual(17.8, 2), "1/s^2", "R_p: stiffness of outer loop and model", key="R_p")
+    damping_1: Vector = gain(usual((6.35, 6.35, 7.4), 1), "1/s", "R_d: damping of outer loop and model", key="R_d")
     stiffness_2: Vector = gain(
-        usual((172.0, 172.0, 70.0), 2, "body"), "1/s^2", "K_p: inner reference model, and feedback of its error", key="K_p"
+        usual((172.0, 172.0, 70.0), 2, "body"), "1/s^2", "K_p: stiffness of inner loop and model", key="K_p"
     )
-    damping_2: Vector = gain(usual((32.0, 32.0, 17.0), 1, "rate"), "1/s", "K_d: the body rates', likewise", key="K_d")
+    damping_2: Vector = gain(usual((32.0, 32.0, 17.0), 1, "rate"), "1/s", "K_d: damping of inner loop and model", key="K_d")
     force_net: Net = net(1, FORCE_INPUTS, rate=usual(5.9, 2), damping=0.06)
     torque_net: Net = net(2, TORQUE_INPUTS, rate=usual(11.0, 2), damping=0.06)
     learning_start: Number = nets_start()

@@ -134,7 +134,7 @@ class Indi(Controller):
 
 @dataclass(frozen=True)
 class IndiVelocity(Indi):
-    """The same without accelerometer and rotor speeds: velocity is differentiated, the rotors' lag is believed."""
+    """INDI without accelerometer and rotor speeds: it differentiates velocity and assumes the rotors' lag."""
 
     name = "indi-velocity"
     label = "INDI, no accelerometer"

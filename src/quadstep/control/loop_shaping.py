@@ -113,7 +113,7 @@ def robust(a: list[list[float]], b: list[float], c: list[float], margin: float) 
 
 @dataclass(frozen=True)
 class LoopShaping(Controller):
-    """A position law of order four an axis, with the path's acceleration and turn of the heading fed forward."""
+    """A fourth-order position law on each axis, with the path's acceleration and turn of the heading fed forward."""
 
     name = "loop-shaping"
     label = "H-infinity loop shaping"

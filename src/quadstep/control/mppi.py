@@ -48,7 +48,7 @@ class MppiGains(NamedTuple):
     velocity: Number = gain(6.0, "s^2/m^2", "cost of the squared velocity error")
     effort: Number = gain(0.05, "s^4/m^2", "cost of the squared deviation from the path's acceleration", zero=True)
     last: Number = gain(3.0, "-", "cost of the last stage relative to the others")
-    temperature: Number = gain(4.0, "-", "extra cost that divides a plan's weight by 2.7", symbol="lambda")
+    temperature: Number = gain(4.0, "-", "extra cost that divides a plan's weight by e", symbol="lambda")
     deviation: Vector = gain(usual(2.5, 2), "m/s^2", "standard deviation of the perturbed accelerations")
     lag: Number = gain(
         from_gains(lambda gains, model: gains.turn_damping[0] / gains.turn_stiffness[0] + model.lag),

@@ -115,7 +115,7 @@ def act(policy: Policy, observation: Vector, neurons: Vector) -> tuple[Vector, V
 
 @dataclass(frozen=True)
 class Raptor(Controller):
-    """rotors: of the vehicle, in the policy's order. mirrored: whether they spin the other way round, so left is its right."""
+    """rotors: the vehicle's, in the policy's order. mirrored: whether they spin the other way, so that its left is right."""
 
     rotors: tuple[int, ...] = (0, 1, 2, 3)
     mirrored: bool = False

@@ -107,7 +107,7 @@ class AirframeSection(Section):
     ground: Annotated[Finite | None, Quantity("m", "height of the ground; default: no ground")] = None
     legs: Annotated[
         Positive | None,
-        Quantity("m", "height of the origin when standing; default: none; touching the ground ends the flight"),
+        Quantity("m", "height of the origin when standing; without legs, touching the ground ends the flight"),
     ] = None
     effects: EffectsSection = EffectsSection()
     undetermined: Annotated[

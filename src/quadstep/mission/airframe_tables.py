@@ -102,7 +102,7 @@ class EffectsSection(Section):
     battery: Annotated[bool, Quantity("", "voltage sag and discharge")] = False
     ground: Annotated[bool, Quantity("", "ground effect: extra lift near the ground")] = False
     gyroscopic: Annotated[bool, Quantity("", "gyroscopic and spin-up torque of the rotors")] = True
-    drag: Annotated[bool, Quantity("", "all effects in the table drag")] = True
+    drag: Annotated[bool, Quantity("", "all effects in the table `drag`")] = True
     residual: Annotated[bool, Quantity("", "the learned residual, if the vehicle has one")] = False
 
 

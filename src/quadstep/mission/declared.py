@@ -47,10 +47,10 @@ class OwnVehicleSection(NumbersSection):
 
 
 class DeclaredSimulation(ClockSection):
-    """Clock of the flight [s]: of the controller's law and of its slower loop, if it has one."""
+    """Clock of the flight: the sampling periods of the controller's law and of its slower loop, if it has one."""
 
     control_period: Annotated[Positive, Quantity("s", "sampling period of the controller's law")] = 0.002
-    guidance_period: Annotated[Positive, Quantity("s", "sampling period of its slower loop, if it has one")] = 0.01
+    guidance_period: Annotated[Positive, Quantity("s", "sampling period of the controller's slower loop, if any")] = 0.01
 
 
 class WindySimulation(DeclaredSimulation):

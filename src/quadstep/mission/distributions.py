@@ -138,7 +138,7 @@ class Grid(Section):
     values: Annotated[
         Annotated[Several[object], Field(max_length=MOST_OPTIONS)] | None, Quantity("", "the values, one by one")
     ] = None
-    low: Annotated[Finite | None, Quantity("", "or: first value")] = None
+    low: Annotated[Finite | None, Quantity("", "with high and count: first value")] = None
     high: Annotated[Finite | None, Quantity("", "last value")] = None
     count: Annotated[Annotated[int, Field(ge=1, le=MOST_OPTIONS)] | None, Quantity("", "number of values")] = None
 
@@ -174,7 +174,7 @@ class CorrelatedKeys(Section):
     keys: Annotated[Several[str], Field(min_length=2, max_length=64), Quantity("", "keys of the mission")]
     mean: Annotated[Several[Finite], Quantity("", "means, one for each key")]
     covariance: Annotated[Several[Several[Finite]] | None, Quantity("", "matrix with one row for each key")] = None
-    deviations: Annotated[Several[Positive] | None, Quantity("", "or: standard deviations, one for each key")] = None
+    deviations: Annotated[Several[Positive] | None, Quantity("", "instead: standard deviations, one for each key")] = None
     correlation: Annotated[
         Several[Several[Finite]] | None,
         Quantity("", "with `deviations`: matrix with one row for each key, 1 on the diagonal"),

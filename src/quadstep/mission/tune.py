@@ -46,7 +46,7 @@ class Constraint(Section):
     """A metric must be at most this, or at least this, in a share of the flights."""
 
     most: Annotated[Positive | None, Quantity("", "upper limit of a metric, in its unit")] = None
-    least: Annotated[NonNegative | None, Quantity("", "or: lower limit of a margin; 0: it need not be kept")] = None
+    least: Annotated[NonNegative | None, Quantity("", "lower limit of a margin; 0: it need not be kept")] = None
     share: Annotated[float, Field(gt=0.0, le=1.0), Quantity("", "share of the flights in which it must be met")] = 1.0
 
     def model_post_init(self, context: object) -> None:
@@ -137,7 +137,7 @@ class TuneSection(Section):
         AfterValidator(as_constraints),
         Quantity(
             "",
-            "limits of metrics and margins: a number, or most or least, and share; {} for none; where no margin is named: "
+            "limits of metrics and margins: a number, or most or least, and share; {} for none; if no margin is named, "
             "also a sound loop's margins, or the present ones where smaller",
         ),
     ] = Field(default_factory=dict)

@@ -71,7 +71,7 @@ class ChannelSection(Section):
     ] = "wxyz"
     axes: Annotated[Literal["world", "body"], Quantity("", "axes of the velocity")] = "world"
     where: Annotated[
-        dict[str, float], Field(default_factory=dict), Quantity("", "columns of the topic whose value marks messages to take")
+        dict[str, float], Field(default_factory=dict), Quantity("", "columns of the topic, with the value of messages to use")
     ]
 
     def model_post_init(self, context: object) -> None:
@@ -82,7 +82,7 @@ class ChannelSection(Section):
 class MotorsSection(Section):
     """Commands to the rotors. A value above the full one (65535 for a 16-bit ratio) marks a row whose command was lost."""
 
-    columns: Annotated[Names, Quantity("", "one for each rotor of the vehicle, in its order")]
+    columns: Annotated[Names, Quantity("", "one column for each rotor, in the vehicle's order")]
     unit: Annotated[Literal["share", "rad/s", "rpm"], Quantity("", "share of the full command, or a speed")] = "share"
     zero: Annotated[float, Quantity("", "value of a zero command, in the logged unit")] = 0.0
     full: Annotated[Positive, Quantity("", "value of the full command, in the logged unit")] = 1.0

@@ -105,7 +105,7 @@ class PathAndScenario(Section):
 
 
 class TuningSection(Section):
-    """How gains are found, the same for every controller; those of a file `gains` are taken as they are."""
+    """How gains are found, the same for every controller; gains of a file `gains` are tuned only with `--retune`."""
 
     flown: Annotated[
         Several[PathAndScenario],
@@ -126,7 +126,7 @@ class TuningSection(Section):
         Annotated[dict[str, Any], AfterValidator(as_constraints)] | None,
         Quantity(
             "",
-            "limits of metrics and margins, as in [tune]; {} for none; where no margin is named: also those of a sound loop",
+            "limits of metrics and margins, as in [tune]; {} for none; if no margin is named, also those of a sound loop",
         ),
     ] = None
     repeats: Annotated[
@@ -136,7 +136,7 @@ class TuningSection(Section):
 
 
 class MarginEntry(Limited):
-    """Something that is raised until flights fail; in steps where it must be, as a latency is a whole number of samples."""
+    """Something that is raised until flights fail, in steps if necessary: a latency is a whole number of samples."""
 
     keys: Annotated[Names, Quantity("", "mission keys, raised together")]
     path: Annotated[Name, Quantity("", "name of a path")]
