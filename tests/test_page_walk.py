@@ -128,6 +128,13 @@ def test_a_step_that_wants_a_flight_as_asked_is_not_done_by_one_that_begins_to_s
         )
 
 
+def test_a_link_with_a_value_that_is_not_allowed_says_so(open_page, page_file):
+    page = open_page("#set=backstepping.K_r1:-3", file=page_file)
+    assert "sets backstepping.K_r1 to what is not allowed; the nearest allowed" in page.locator("#notice").inner_text()
+    assert "K_r1:1e-9" in page.evaluate("location.hash")
+    assert open_page("#set=backstepping.K_r1:3.5", file=page_file).locator("#notice").is_hidden()
+
+
 def test_only_a_control_that_changes_how_long_the_path_takes_hides_that_it_is_flown_in_part(open_page, tmp_path):
     page = open_page(file=write(tmp_path, fly_missions([OWN.parent / "rotor.toml"]), "page.html"))
     for control, value, said in (("radius", 2.9, True), ("period", 9.5, False)):

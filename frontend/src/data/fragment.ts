@@ -2,7 +2,7 @@
 // left out and said; nothing of it is ever run.
 
 import type { FlightData, PageData } from "./contract";
-import { FILE, type Settings, controllerOf, controlsOf, fresh, keyOf, withValues } from "./settings";
+import { FILE, type Settings, controllerOf, controlsOf, fresh, keyOf, withValues, hold } from "./settings";
 
 export interface Link {
   readonly settings: Settings;
@@ -60,7 +60,7 @@ export function read(fragment: string, page: PageData): Link | undefined {
     else if (name === "keep" && page.flights.some((candidate) => candidate.id === value)) keep = page.flights.find((candidate) => candidate.id === value);
     else if (name === "t" && NUMBER.test(value)) time = Number(value);
     else {
-      const changed = name === "set" ? withPart(settings, flight, value) : undefined;
+      const changed = name === "set" ? withPart(settings, flight, value, complaints) : undefined;
       if (changed) settings = changed;
       else complaints.push(`Ignored part of the link: “${shown(name || "?", value)}”.`);
     }
@@ -69,7 +69,7 @@ export function read(fragment: string, page: PageData): Link | undefined {
 }
 
 /** Settings after one "key:1,2,3", or "key:1" for all axes; undefined if it does not fit the flight. */
-function withPart(settings: Settings, flight: FlightData, part: string): Settings | undefined {
+function withPart(settings: Settings, flight: FlightData, part: string, complaints: string[]): Settings | undefined {
   const colon = part.indexOf(":");
   const key = part.slice(0, colon);
   const numbers = part.slice(colon + 1).split(",");
@@ -78,7 +78,9 @@ function withPart(settings: Settings, flight: FlightData, part: string): Setting
   const own = controlsOf(flight, controllerOf(flight, settings.controller));
   const found = known.find(([control, owner]) => keyOf(control, owner) === key) ?? own.find(([control]) => control.id === key);
   if (!found || ![1, found[0].components.length].includes(numbers.length)) return undefined;
-  return withValues(settings, found[0], found[1], found[0].components.map((_, i) => Number(numbers[i] ?? numbers[0])));
+  const wanted = found[0].components.map((_, i) => Number(numbers[i] ?? numbers[0]));
+  if (wanted.some((value) => hold(found[0], value) !== value)) complaints.push(`The link sets ${key} to what is not allowed; the nearest allowed value is used.`);
+  return withValues(settings, found[0], found[1], wanted);
 }
 
 function pair(text: string): readonly [string, string] | undefined {
