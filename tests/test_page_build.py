@@ -15,7 +15,7 @@ from quadstep.io.errors import UserError
 from quadstep.mission.schema import Mission
 from quadstep.page import build
 from quadstep.page.build import build_page, fill, fly_missions, identity, missions_page, page_data
-from quadstep.page.flights import ShownFlight, check_length, facts, length
+from quadstep.page.flights import ShownFlight, check_length, facts
 from quadstep.page.laws import Laws
 from quadstep.page.model import ClaimView, json_number
 from quadstep.page.scenes import PANELS, panels, scene
@@ -247,8 +247,8 @@ def test_each_panel_is_of_columns_that_are_there_and_every_column_of_a_flight_is
     assert {panel.id for panel in PANELS} >= {panel.id for panel in found}
 
 
-def test_lengths_get_the_unit_that_suits():
-    assert [length(value) for value in (2.0, 0.02, 3.6e-6, 4e-9)] == ["2 m", "20 mm", "3.6 µm", "4 nm"]
+def test_facts_have_the_units_of_a_report():
+    assert facts({"position_rmse[m]": 3.6e-6}) == (("position RMSE", "3.60\N{NO-BREAK SPACE}µm"),)
     assert facts({}) == ()
 
 

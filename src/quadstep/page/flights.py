@@ -21,6 +21,7 @@ from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_cont
 from quadstep.page.laws import Laws
 from quadstep.page.model import Cell, Control, ControllerData, FlightData, Rate, RecordedData, Summary, numbers_text
 from quadstep.page.scenes import panels, scene
+from quadstep.report import units
 from quadstep.vehicle.declared import DeclaredPlant
 
 MOST_ROWS = 60_000
@@ -209,9 +210,9 @@ def filed(metrics: Metrics) -> dict[str, float]:
 def facts(metrics: Metrics) -> tuple[tuple[str, str], ...]:
     found = []
     if "position_rmse[m]" in metrics:
-        found.append(("position RMSE", length(metric(metrics, "position_rmse[m]"))))
+        found.append(("position RMSE", units.quantity(metric(metrics, "position_rmse[m]"), "m")))
     for axis, values in group(metrics, "position").items():
-        found.append((f"largest error in {axis}", length(values["largest[m]"])))
+        found.append((f"largest error in {axis}", units.quantity(values["largest[m]"], "m")))
     if "largest_tilt[rad]" in metrics:
         found.append(("largest tilt", f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°"))
     if "u" in metrics:
@@ -224,11 +225,3 @@ def facts(metrics: Metrics) -> tuple[tuple[str, str], ...]:
     if rest := rest_of(metrics):
         found.append(("loop at rest", f"{rest['grade']}: {rest['why']}"))
     return tuple(found)
-
-
-def length(metres: float) -> str:
-    """A length in the unit that suits."""
-    for unit, factor in (("m", 1.0), ("mm", 1e3), ("µm", 1e6)):
-        if metres * factor >= 1.0:
-            return f"{metres * factor:.3g} {unit}"
-    return f"{metres * 1e9:.3g} nm"
