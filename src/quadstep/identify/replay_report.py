@@ -209,7 +209,7 @@ def error_table(title: str, errors: ErrorTable, period: float) -> TableSection:
             texts = [number(factor * FACTOR[group] * one) for one in errors.means(horizon, group)]
             to_zero = number(errors.ratio(horizon, group, "zero").value)
             rows.append((f"{group}, {horizon} [{unit}]", *texts, interval(*errors.ratio(horizon, group)), to_zero))
-    header = ("what, samples ahead", "error", "constant", "zero rate", "share of constant (95 %)", "of zero rate")
+    header = ("what, samples ahead", "error", "constant", "zero rate", "÷ constant (95 %)", "÷ zero rate")
     return TableSection("", "", header, rows, f"{title}; a sample is {quantity(period, 's')}.", escape, shown=title)
 
 
