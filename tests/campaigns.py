@@ -174,9 +174,9 @@ def ended(process):
 def soon(true):
     """Whether something comes true."""
     deadline = time.monotonic() + PATIENCE
-    while not true() and time.monotonic() < deadline:
+    while not (found := true()) and time.monotonic() < deadline:
         time.sleep(0.02)
-    return true()
+    return found  # as it was seen: between two tasks of a driver that was interrupted no worker flies
 
 
 def processes():
