@@ -2,9 +2,8 @@
 
 import math
 
-import numpy as np
-
 from quadstep.interfaces.log import FlightLog
+from quadstep.metrics.quantities import shorter_way
 
 FROM, AIR = 5.0, 1.0
 """What is off [degrees], and an airspeed [m/s], from which on it is explained: of means over the second half of a flight."""
@@ -16,8 +15,8 @@ def off_command(log: FlightLog, why: str) -> str:
         return ""
     half = slice(len(log.rows) // 2, None)
     air = math.hypot(*(float((log.column(f"v_{axis}") - log.column(f"wind_{axis}"))[half].mean()) for axis in "xyz"))
-    turns = {angle: (log.column(f"{angle}_d") - log.column(angle))[half] / math.tau for angle in ("pitch", "roll")}
-    off = {angle: 360.0 * abs(float((turn - np.round(turn)).mean())) for angle, turn in turns.items()}
+    turned = {angle: shorter_way(log.column(f"{angle}_d") - log.column(angle))[half] for angle in ("pitch", "roll")}
+    off = {angle: math.degrees(abs(float(one.mean()))) for angle, one in turned.items()}
     angle = max(off, key=lambda one: off[one])
     if not (air >= AIR and off[angle] >= FROM):
         return ""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.io.errors import UserError
+from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.registry import AT_REST, Metrics
 from quadstep.metrics.verdict import FlightGrade, scalars
 from quadstep.mission import fields
@@ -117,7 +118,7 @@ def errors_figure(names: list[str], contents: Sequence[Metrics], folders: Sequen
         if not {"x_d", "y_d", "z_d"} <= log.columns.keys() or len(log.rows) < 2:
             raise UserError(f"{folder}: its log has no path")
         times.append(log.column("t"))
-        lines[name] = np.sqrt(((log.table("x", "y", "z") - log.table("x_d", "y_d", "z_d")) ** 2).sum(axis=1))
+        lines[name] = np.linalg.norm(position_errors(log), axis=1)
     t = max(times, key=lambda one: float(one[-1]))
     lines = {name: np.interp(t[t <= own[-1]], own, lines[name]) for name, own in zip(names, times, strict=True)}
     lost = FlightGrade.LOST in map(grade, contents)  # whose error would leave the other flat on the axis
@@ -224,8 +225,7 @@ def value(one: float, unit: str, largest: float) -> str:
     """
     if unit == "-" and one.is_integer() and abs(one) < 1e9:
         return f"{one:.0f}"
-    suited = units.of_angle if unit in units.ANGLES else units.handy
-    unit, factor = suited(unit, abs(one) if 0.0 < abs(one) < 1e-4 * largest else largest)
+    unit, factor = units.suited(unit, abs(one) if 0.0 < abs(one) < 1e-4 * largest else largest)
     return units.number(factor * one) + units.unit_suffix(unit)
 
 

@@ -25,7 +25,7 @@ from quadstep.report.canvas import (
 )
 from quadstep.report.panel import ASKED_FOR, LOG, SIGNED_LOG, STACKED, Panel, Track
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
-from quadstep.report.units import ANGLES, handy, label, of_angle, prefixed, prose
+from quadstep.report.units import label, prefixed, prose, suited
 
 Numbers = NDArray[np.float64]
 
@@ -83,8 +83,7 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: li
         name += f" − {base:g} {prose(panel.unit).strip('-')}".rstrip()
     largest = max((float(np.abs(values).max()) for values in lines.values() if len(values)), default=0.0)
     largest = max(largest, panel.reach)
-    suited = prefixed if panel.unit == "-" else of_angle if panel.unit in ANGLES else handy
-    unit, factor = suited(panel.unit, largest)
+    unit, factor = (prefixed if panel.unit == "-" else suited)(panel.unit, largest)
     lines = {key: factor * values for key, values in lines.items()}
     drawn = [values for values in lines.values() if len(values)]
     if scale == STACKED:
@@ -226,7 +225,7 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
     figure = new_figure(sheet, size, *sides)
     *seen_from, errors = track_axes(figure, len(views), narrow)
     seen = track.distance > 0.0
-    unit, factor = handy("m", float(track.distance.max()))
+    unit, factor = suited("m", float(track.distance.max()))
     if seen.any() and track.distance.max() > DECADES * np.quantile(track.distance[seen], 0.05):
         errors.plot(*thin(t[seen], factor * track.distance[seen]), **LINES[0])
         logarithmic(errors, [factor * track.distance[track.distance >= 0.5 * np.quantile(track.distance[seen], 0.02)]])

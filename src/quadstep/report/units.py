@@ -155,9 +155,11 @@ ANGLES = ("rad", "rad/s")
 """Units of which a person reads degrees."""
 
 
-def of_angle(unit: str, largest: float) -> tuple[str, float]:
-    """Degrees for angles and their rates that are zero or can be seen, fractions of a radian for those that cannot."""
-    return handy(unit, largest) if 0.0 < largest <= SEEN else (unit.replace("rad", "°"), math.degrees(1.0))
+def suited(unit: str, largest: float) -> tuple[str, float]:
+    """As `handy`, but degrees for angles and their rates that are zero or can be seen."""
+    if unit not in ANGLES or 0.0 < largest <= SEEN:
+        return handy(unit, largest)
+    return unit.replace("rad", "°"), math.degrees(1.0)
 
 
 def number(value: float, digits: int = DIGITS, places: int | None = None) -> str:
@@ -229,7 +231,7 @@ def in_one_unit(estimates: Sequence[tuple[float, float, float] | None], unit: st
     ['253 [246, 259] mm', '0.044 [0.042, 0.047] mm', '0.20 [0.10, 0.30] µm', '–']
     """
     largest = max((abs(one[0]) for one in estimates if one and math.isfinite(one[0])), default=0.0)
-    least = 1e-3 / (of_angle if unit in ANGLES else handy)(unit, largest)[1]
+    least = 1e-3 / suited(unit, largest)[1]
 
     def written(estimate: tuple[float, float, float]) -> str:
         value, low, high = (0.0 if abs(one) < 1e-12 * largest else one for one in estimate)
@@ -243,7 +245,7 @@ def interval_texts(value: float, low: float, high: float, unit: str, largest: fl
     of what has the same unit beside it.
     """
     ends = [abs(one) for one in (value, low, high) if math.isfinite(one)]
-    unit, factor = (of_angle if unit in ANGLES else handy)(unit, largest or max(ends, default=0.0))
+    unit, factor = suited(unit, largest or max(ends, default=0.0))
     digits = digits_of(value, low, high)
     largest = factor * max(ends, default=0.0)
     plain = 1e-3 <= largest < 1e6 and value

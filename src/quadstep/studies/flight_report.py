@@ -204,12 +204,11 @@ def error_rows(metrics: Metrics) -> list[list[str]]:
     """Each axis and angle, those of a kind in one unit unless one is too small to be read in it."""
     rows = []
     for kind, base in (("position", "m"), ("attitude", "rad")):
-        suited = units.of_angle if base in units.ANGLES else units.handy
         largest = max((one[f"largest[{base}]"] for one in group(metrics, kind).values()), default=0.0)
         for axis, one in group(metrics, kind).items():
             values = [one[f"{key}[{base}]"] for key in ("rmse", "largest", "final")]
-            unit, factor = suited(base, largest)
+            unit, factor = units.suited(base, largest)
             if 0.0 < factor * max(values) < SMALL:
-                unit, factor = suited(base, max(values))
+                unit, factor = units.suited(base, max(values))
             rows.append([axis, *(units.number(factor * value) for value in values), unit])
     return rows

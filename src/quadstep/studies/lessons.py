@@ -22,7 +22,7 @@ from quadstep.mission.check import check
 from quadstep.mission.fields import Finite, Name, Section, Several, as_tuple, dotted, key_parts, plain, unit
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
-from quadstep.report.units import ANGLES, DIGITS, handy, number, of_angle, unit_suffix
+from quadstep.report.units import DIGITS, number, suited, unit_suffix
 from quadstep.studies.interface import fly
 from quadstep.studies.tuning.gains import looked_up
 
@@ -210,7 +210,7 @@ def sized(value: float, of: str, limit: float | None = None) -> str:
     """A number as people read it. limit: what it does not keep: so many digits that the two differ; without it, no zeros
     at its end.
     """
-    of, factor = (of_angle if of in ANGLES else handy)(of or "-", abs(value))
+    of, factor = suited(of or "-", abs(value))
     if limit is None:
         return f"{factor * value:.4g}{unit_suffix(of)}".replace("\N{NO-BREAK SPACE}", " ")
     digits = next((one for one in range(DIGITS, 9) if f"{value:.{one}g}" != f"{limit:.{one}g}"), 9)
