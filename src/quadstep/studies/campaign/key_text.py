@@ -42,13 +42,12 @@ def ranking(
         elif clear:
             line = f"It is not decided which key matters most for {name}: the largest estimate is that of {words(key)}, "
             line += f"{percent(shares[key])} % of the variance, and the interval of another key overlaps it."
-        elif [one.high > 0.0 for one in shares.values()] == [True]:
-            ((key, one),) = shares.items()
+        elif not rest and shares[key].high > 0.0:
             line = f"These flights cannot tell whether {words(key)} matters for {name}: "
-            line += f"its share of the variance is {percent(one)} %."
+            line += f"its share of the variance is {percent(shares[key])} %."
         else:
             line = f"No single key explains a share of {name} that differs significantly from zero."
-        if clear and len(shares) == 1:
+        if clear and not rest:
             line += " The rest is due to whatever else is random in a flight, and to the coarseness of the estimate."
         elif clear and not campaign.file.correlated:
             together = min(1.0, sum(one.value for one in clear.values()))
