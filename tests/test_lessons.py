@@ -1,16 +1,18 @@
 """The exercises of the lessons grade themselves: each can be solved, none is by the lesson's own mission."""
 
 import json
+import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 import tomlkit
 
-from docs.site.listings import listings
+from docs.site.listings import Kind, listings
 from docs.site.notebooks import lessons, notebook
 from docs.site.writing import write_pages
-from quadstep import fly, read_mission
+from quadstep import fly, fly_all, read_mission
 from quadstep.io.errors import UserError
 from quadstep.linear.grade import Grade
 from quadstep.mission.fields import plain
@@ -25,6 +27,7 @@ SIDEWAYS = {"type": "minimum-jerk", "start": [0.0, 0.0, 2.0], "end": [0.0, 2.0, 
 SLOWER = {"type": "backstepping", "nets": {"F1": 2.0}}
 INTEGRAL = {"type": "backstepping", "nets": {"enabled": False}, "K_i1": 2.0}
 FAR = {"start.position": [-20.0, 0.0, 0.0], "simulation.duration": 20.0}
+OWN_INTEGRAL = {"type": "my_backstepping.py:MyBackstepping", "integral": 30.0}
 ROTOR = [{"type": "rotor", "time": 3.0, "rotor": 1, "efficiency": 0.7}]
 
 SOLUTIONS = {
@@ -41,6 +44,7 @@ SOLUTIONS = {
     "5.5": {"controller.type": "completed-backstepping", "controller.K_r2": 10.0, "controller.Lambda2": 0.5},
     "6.4": {"controller.nets.F1": 10.0},
     "6.5": {"controller.nets.neurons": 8, "controller.nets.F1": 11.0},
+    "6.7": {"controller": {**OWN_INTEGRAL, "stiffness": 6000.0, "damping": 250.0}},
     "7.4": {"controller.nets.F1": 3.0},
     "7.5": {"controller.nets.F1": 2.0, "path.duration": 2.75},
     "7.6": {"path.duration": 8.0, "controller.K_r1": 6.0, "controller.nets.F1": 6.0},
@@ -104,6 +108,7 @@ WRONG_REASON = {
     "4.4": SLOPPY,
     "4.5": SLOPPY,
     "6.4": {**SILENT, "controller.K_i1": 20.0},
+    "6.7": {"controller": {"type": "backstepping", "nets": {"enabled": False}, "K_i1": 30.0}},
     "7.4": {**SILENT, "controller.K_i1": 20.0},
     "7.5": SILENT,
     "8.4": SILENT,
@@ -135,6 +140,7 @@ MISTAKES = {
     "4.4": ({"path.duration": 4.2}, "tilt should be at most 45°, but is 45.8°"),
     "4.5": ({"path.duration": 6.1}, "largest thrust should be at most 11.77 N, but is 11.79 N"),
     "5.4": ({"controller.K_r2": 60.0, "controller.Lambda2": 4.0}, "phase margin should be at least 60°, but is 56.0°"),
+    "6.7": ({"controller": OWN_INTEGRAL}, "RMSE should be at most 3 mm, but is 9.66 mm"),
     "7.6": ({"controller.K_r1": 3.0}, "phase margin should be at least 50°, but is 26.8°"),
     "8.6": ({"controller.Lambda2": 15.0, "controller.K_r2": 250.0}, "the flight should be lost, but was completed"),
 }
@@ -159,6 +165,11 @@ QUOTED = {
         (SOLUTIONS["6.5"], "1.4 mm"),
         ({NEURONS: 4}, "23 mm"),
     ],
+    "6.7": [
+        (SOLUTIONS["6.7"], "2.4 mm"),
+        ({"controller": {"type": OWN_INTEGRAL["type"]}}, "36 mm"),
+        ({"controller": {**SOLUTIONS["6.7"]["controller"], "integral": 100.0}}, "lost"),
+    ],
     "7.4": [({RATE: 3.0}, "35 cm"), ({RATE: 4.0}, "lost"), ({RATE: 1e-9}, "1.3 m")],
     "7.5": [(SOLUTIONS["7.5"], "55 cm"), ({"path.duration": 2.75, RATE: 1.0}, "80 cm")],
     "8.4": [
@@ -178,6 +189,7 @@ QUOTED = {
 
 @pytest.mark.parametrize("name", QUOTED)
 def test_an_answer_quotes_what_its_flights_do(name, tmp_path):
+    write_laws(tmp_path)
     lesson, _, exercise = name.partition(".")
     text = LESSONS[lesson.zfill(2)].with_suffix(".md").read_text().partition(f"<details><summary>{exercise}</summary>")[2]
     answer = text.partition("</details>")[0]
@@ -190,6 +202,34 @@ def test_an_answer_quotes_what_its_flights_do(name, tmp_path):
             rmse = flight.metrics()["position_rmse[m]"] * {"m": 1.0, "cm": 100.0, "mm": 1000.0}[unit]
             assert f"{rmse:.2g}" == size, changes
         assert said in answer, said
+
+
+EVENINGS = {
+    "02": "4.25 s: jerk 7.70 m^2/s^5, tilt 9.0 deg; same path: True\n"
+    "5.0 s: jerk 10.18 m^2/s^5, tilt 12.0 deg; same path: True\n",
+    "04": "rise 1.39: thrust\nflown and computed differ by at most 0.28 deg, 0.033 N\n",
+    "05": "68.8 deg; downwards 24.4 dB at 7.0 rad/s\n19.8 rad/s: 64.0 deg; downwards 17.6 dB at 4.6 rad/s\n",
+    "07": "2.5 s: 1.7; exceptions: [1.0, 4.25]\n3.0 s: 3.6; exceptions: []\n3.5 s: 5.2; exceptions: []\n"
+    "4.0 s: 6.9; exceptions: []\n5.0 s: 9.2; exceptions: []\n6.0 s: 10.9; exceptions: []\n",
+    "08": "median of the ratio 2.2, of the means 0.42\nterm: 0.053 mJ\nat most: 0.152 mJ\n"
+    "K |r|^2: 0.365 mJ\ndamping: 25.562 mJ\n",
+}
+"""What the answers to exercises of an evening print at their end, from which their sentences have their numbers."""
+
+
+@pytest.mark.parametrize("lesson", EVENINGS)
+def test_the_answer_to_an_exercise_of_an_evening_prints_what_it_says(lesson, capsys):
+    text = LESSONS[lesson].with_suffix(".md").read_text()
+    *_, answer = (one.text for one in listings(text) if one.kind is Kind.PYTHON)
+    mission = read_mission(LESSONS[lesson])
+    known = {"np": np, "degrees": math.degrees, "fly": fly, "fly_all": fly_all, "mission": mission, "flight": fly(mission)}
+    exec(answer, known)
+    printed = capsys.readouterr().out
+    assert printed.endswith(EVENINGS[lesson])
+    if lesson == "04":
+        decided = re.findall(r"rise (.*): (\w+)", printed)
+        assert {by for _, by in decided} == {"tilt", "thrust"}
+        assert all((float(rise) > 0.49) == (by == "thrust") for rise, by in decided)
 
 
 def test_a_flight_is_not_lost_as_asked_by_gains_that_the_exercise_excludes(tmp_path):
@@ -324,14 +364,18 @@ def test_of_a_lesson_those_exercises_are_checked_that_the_mission_is_for(tmp_pat
     run = quadstep("check", "6", mission_of("6.4", tmp_path, SOLUTIONS["6.4"]), "--json")
     assert run.code == 0
     found = json.loads(run.out)["exercises"]
-    assert [(one["name"], one["solved"], one["checked"]) for one in found] == [("6.4", True, True), ("6.5", False, False)]
+    assert [(one["name"], one["solved"], one["checked"]) for one in found] == [
+        ("6.4", True, True),
+        ("6.5", False, False),
+        ("6.7", False, False),
+    ]
 
 
 def test_what_of_a_lesson_is_not_checked_is_named(tmp_path):
     junit = tmp_path / "verdict.xml"
     run = quadstep("check", "6", mission_of("6.4", tmp_path, SOLUTIONS["6.4"]), "--junit", junit)
-    assert run.out.startswith("Not counted (for a different mission): 6.5.\n6.4 solved")
-    assert 'name="quadstep check: 6 (not counted: 6.5)"' in junit.read_text(encoding="utf-8")
+    assert run.out.startswith("Not counted (for a different mission): 6.5, 6.7.\n6.4 solved")
+    assert 'name="quadstep check: 6 (not counted: 6.5, 6.7)"' in junit.read_text(encoding="utf-8")
 
 
 def test_a_lesson_is_solved_by_a_solution_of_one_of_two_exercises_that_the_mission_fits(tmp_path):
