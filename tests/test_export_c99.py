@@ -346,7 +346,7 @@ def test_f32_stays_within_three_micrometres_on_the_crazyflie():
     assert seconds == 8.0
     assert 0.0 < apart < 3e-6
     text = " ".join((example("").parent / "docs" / "export.md").read_text(encoding="utf-8").split())
-    assert f"at most {1e6 * apart:.2f} micrometres from that in f64 (rotation-backstepping, 8 s)" in text
+    assert f"stays within {1e6 * apart:.2f} micrometres of the f64 flight (rotation-backstepping, 8 s)" in text
 
 
 def test_without_a_compiler_the_engine_says_what_is_missing(monkeypatch):
