@@ -58,7 +58,8 @@ def test_how_often_the_intervals_held():
     assert said in page("rare.md")
     assert {case: share for case, share in held.items() if share < 90} == {"edge": 86}
     assert "nine of the ten cases reach 90 %, `edge` has 86 %" in page("rare.md")
-    assert f"probability in {min(held.values())} to {max(held.values())} % of fifty repetitions with cross-entropy" in page("certain.md")
+    said = f"probability in {min(held.values())} to {max(held.values())} % of fifty repetitions with cross-entropy"
+    assert said in page("certain.md")
     saved = sorted(round(float(printed(case, Method.CROSS_ENTROPY)[9])) for case in FLOWN)
     assert f"{saved[0]} times as many flights where noise decides (`gusts`), {saved[1]} to {saved[-1]}" in page("rare.md")
     held = [share_held(case, Method.SUBSET) for case in (*KNOWN, *FLOWN)]
@@ -80,6 +81,7 @@ def test_what_an_exported_law_takes(law):
 @needs(CORTEX_M, CORTEX_M_12)
 def test_the_aims_of_exported_laws():
     limited = firmware.cells("pid", most_tilt=0.5)
-    assert f"With `most_tilt` set, `pid` takes {limited.together} instructions ({100 * limited.share:.2f} %)" in page("export.md")
+    said = f"With `most_tilt` set, `pid` takes {limited.together} instructions ({100 * limited.share:.2f} %)"
+    assert said in page("export.md")
     assert max(firmware.cells(law).share for law in ("pid", "geometric")) < 0.007
     assert firmware.cells("rotation-backstepping").alone < 5000
