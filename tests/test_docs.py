@@ -333,7 +333,12 @@ def test_keys_say_unit_range_and_default():
     assert "the paper's disturbance (Eq. 67), plus" in text
     assert re.search(r"^\| `p_roll` .* \| a number from 0 to 250 \|", text, re.M)
     assert re.search(r"^\| `pitch` \|.* \| a number above 0 and below 1.5708 \|", text, re.M)
-    assert "| a list of at least 6 positive numbers |" in text
+    assert "| a list of six positive numbers |" in text, "not at least so many"
+    assert "| a list of the tables [payload]" in text and "| a table, for each key one of [uniform]" in text
+    assert "| name of the flight, shown in its results | text |  | the file's name |" in text
+    assert '| `"cross-entropy"`, `"subset"` |' in text
+    assert "default: " not in text and "| anything |" not in text
+    assert "**Geometric tracking on SE(3).** Position and attitude loop in one" in text
     assert re.search(r"^\| `inputs` .* \| a list of lists of numbers \|", text, re.M)
     assert not re.search(r"from 0 from|list of an? |table of an? |table of values", text)
 

@@ -1,17 +1,16 @@
 """The pages of the keys of each kind of file, from the models that check these files."""
 
 import re
-import types
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+from typing import Any, NamedTuple, get_origin
 
-import annotated_types
-from pydantic import AfterValidator, BaseModel
+from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from docs.site.reference.markdown import code, plain, prose, table
+from docs.site.reference.takes import Model, anchor, kind_name, models_in, opened, takes
 from quadstep.bridges.autopilots import AutopilotSection
 from quadstep.control.registry import controllers
 from quadstep.identify.datasheet import Datasheet
@@ -22,15 +21,13 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.declared import declared_kind
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.distributions import Choice, CorrelatedKeys, Grid, LogNormal, Normal, Sobol, Uniform
-from quadstep.mission.fields import Quantity, Section, as_diagonal, non_negative, positive
+from quadstep.mission.fields import Quantity, Section
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.schema import Mission
 from quadstep.mission.template import template
 from quadstep.studies.campaign.schema import CampaignFile
 from quadstep.studies.comparison.schema import StudyFile
-
-Model = type[BaseModel]
 
 
 class File(NamedTuple):
@@ -52,7 +49,8 @@ MISSIONS: dict[str, Callable[[], Model]] = {
 FILES = {
     "mission-file": File(
         "Mission files",
-        f"What `quadstep fly` reads; `quadstep new` writes one with every key explained. {UNITS} Only `path` is needed. "
+        f"What `quadstep fly` reads; `quadstep new` writes one with every key explained. {UNITS} "
+        "A real vehicle needs `vehicle` and `path`, the paper's plant only `path`. "
         "Three kinds of table have their own pages: docs/reference/mission-path.md, docs/reference/mission-controller.md, "
         "docs/reference/mission-autopilot.md.",
         MISSIONS,
@@ -103,6 +101,11 @@ MEANINGS = {
 }
 """Of keys that hold one of several tables, or one that has no text of its own."""
 
+SAID = "; default: "
+"""Before a default in a meaning."""
+
+ONE_OF = {tuple: "a list of the tables", dict: "a table, for each key one of"}
+
 NAMES = ("Dryden",)
 """Words with which a meaning begins in a capital letter."""
 
@@ -117,27 +120,6 @@ class Key(NamedTuple):
     meaning: str
 
 
-def opened(kind: Any) -> tuple[Any, list[Any]]:
-    """A type without its annotations, and these, outermost last."""
-    notes: list[Any] = []
-    while True:
-        if get_origin(kind) is Annotated:
-            kind, *more = get_args(kind)
-            notes = [*more, *notes]
-        elif get_origin(kind) is not None and "SerializeAsAny" in str(get_origin(kind)):
-            (kind,) = get_args(kind)
-        else:
-            return kind, [one for note in notes for one in (note.metadata if isinstance(note, FieldInfo) else [note])]
-
-
-def models_in(kind: Any) -> list[Model]:
-    """Every table that a key may hold."""
-    kind, _ = opened(kind)
-    if isinstance(kind, type) and get_origin(kind) is None:
-        return [kind] if issubclass(kind, BaseModel) else []
-    return [found for one in get_args(kind) if not isinstance(one, str) for found in models_in(one)]
-
-
 def tables_in(model: Model, field: FieldInfo) -> list[Model]:
     """Every table that a key may hold; of a mission's controller, those of the package that its vehicle can have."""
     found = models_in(field.annotation)
@@ -147,112 +129,24 @@ def tables_in(model: Model, field: FieldInfo) -> list[Model]:
     return found
 
 
-ENDS = ((annotated_types.Gt, "gt", "above"), (annotated_types.Ge, "ge", "from"), (annotated_types.Lt, "lt", "below"))
+class Law(NamedTuple):
+    """Whose table it is, or whose nets': vehicle: which has its defaults (None: the paper's). label: the full name."""
 
-SIGNS = {"above 0": "positive ", "from 0": "non-negative "}
-"""Of numbers whose range has but one end, at 0: said before them."""
-
-
-def ends(notes: list[Any]) -> str:
-    """A range in words; nothing where there is none that matters."""
-    found = {
-        word: max(getattr(note, key) for note in notes if isinstance(note, kind))
-        for kind, key, word in ENDS
-        if any(isinstance(note, kind) for note in notes)
-    }
-    if len({"above", "from"} & found.keys()) == 2:
-        del found["from" if found["from"] <= found["above"] else "above"]  # the stricter says it
-    found = {word: end for word, end in found.items() if abs(end) < 1e9}
-    most = [
-        note.le
-        for note in notes
-        if isinstance(note, annotated_types.Le) and isinstance(note.le, int | float) and note.le < 1e6
-    ]
-    if list(found) == ["from"] and most:
-        return f"from {found['from']:g} to {min(most):g}"
-    return " and ".join([*(f"{word} {end:g}" for word, end in found.items()), *(f"at most {min(most):g}" for _ in most[:1])])
-
-
-WORDS = {bool: "`true`, `false`", int: "a whole number", float: "a number", str: "text"}
-
-ANY = "values of any kind"
-
-SEVERAL = {bool: "`true` or `false`", int: "whole numbers", float: "numbers", str: "strings"}
-
-
-def several(kind: Any, least: str = "") -> str:
-    """What a list or a table of such entries takes."""
-    kind, notes = opened(kind)
-    origin, arguments = get_origin(kind), get_args(kind)
-    if origin is Literal:
-        return f"{least}values, each {' or '.join(code(repr(one)) for one in arguments)}"
-    if origin in (tuple, list):
-        return f"{least}lists of {several(arguments[0])}"
-    if isinstance(kind, type) and issubclass(kind, BaseModel):
-        return f"{least}[tables](#{anchor(kind)})"
-    within = ends(notes)
-    sign = SIGNS.get(within, "")
-    return f"{least}{sign}{SEVERAL.get(kind, ANY)}{f' {within}' if within and not sign else ''}"
-
-
-def of_entries(kind: Any, notes: list[Any]) -> str:
-    """What a list takes."""
-    inner = get_args(kind)
-    checks = [note.func for note in notes if isinstance(note, AfterValidator)]
-    each = "positive " if positive in checks else "non-negative " if non_negative in checks else ""
-    sizes = [note.min_length for note in notes if isinstance(note, annotated_types.MinLen)]
-    if len(inner) == 2 and inner[1] is Ellipsis:
-        return f"a list of {several(inner[0], f'at least {sizes[0]} ' if sizes and sizes[0] > 1 else '')}"
-    words = {2: "two", 3: "three", 4: "four"}.get(len(inner), str(len(inner)))
-    alone = "one or " if any(getattr(note, "func", None) is as_diagonal for note in notes) else ""
-    return f"{alone}{words} {each}numbers"
-
-
-def takes(kind: Any, notes: tuple[Any, ...] = ()) -> str:
-    """What a key may hold, in words."""
-    kind, inner = opened(kind)
-    said, origin, arguments = [*inner, *notes], get_origin(kind), get_args(kind)
-    if origin in (Union, types.UnionType):
-        parts = [takes(one, tuple(said)) for one in arguments if one is not type(None)]
-        text = " or ".join(dict.fromkeys(parts))
-    elif origin is Literal:
-        text = ", ".join(code(f'"{one}"' if isinstance(one, str) else repr(one)) for one in arguments)
-    elif origin is tuple:
-        text = of_entries(kind, said)
-    elif origin is dict:
-        text = f"a table of {several(arguments[1])}".removesuffix(f" of {ANY}")
-    elif origin is list:
-        text = f"a list of {several(arguments[0])}"
-    elif isinstance(kind, type) and issubclass(kind, BaseModel):
-        text = f"[{kind_name(kind)}](#{anchor(kind)})"
-    else:
-        within = ends(said)
-        sign = SIGNS.get(within) if kind is float else None
-        text = f"a {sign}number" if sign else f"{WORDS.get(kind, 'anything')} {within}".strip()
-    return text
-
-
-def kind_name(model: Model) -> str:
-    """How a table is called: by its type where it has one, else by its class."""
-    field = model.model_fields.get("type")
-    if field is not None and get_origin(field.annotation) is Literal:
-        return " or ".join(map(str, get_args(field.annotation)))
-    return "a table"
-
-
-def anchor(model: Model) -> str:
-    """Where a table stands on its page."""
-    return model.__name__.lower()
+    vehicle: str | None
+    type: str
+    label: str
 
 
 @cache
-def laws() -> dict[Model, tuple[str | None, str]]:
-    """The tables of every controller and of its nets: the vehicle that has its defaults (None: the paper's), and its type."""
-    found: dict[Model, tuple[str | None, str]] = {}
+def laws() -> dict[Model, Law]:
+    """The tables of every controller and of its nets."""
+    found: dict[Model, Law] = {}
     for vehicle, mission in zip(("x500", None, "planar"), MISSIONS.values(), strict=True):
+        labels = {kind: law.label for kind, law in controllers(mission().measures).items()}
         for law in tables_in(mission(), mission().model_fields["controller"]):
+            kind = kind_name(law)
             nets = models_in(law.model_fields["nets"].annotation) if "nets" in law.model_fields else []
-            found |= dict.fromkeys((law, *nets), (vehicle, kind_name(law)))
+            found |= {law: Law(vehicle, kind, labels.get(kind, "")), **dict.fromkeys(nets, Law(vehicle, kind, ""))}
     return found
 
 
@@ -269,16 +163,10 @@ def default_of(name: str, field: FieldInfo, model: Model) -> str:
     """A default as TOML, or in words."""
     if field.is_required():
         return "needed"
-    value = field.get_default(call_default_factory=True)
-    if value is None and model in laws() and name in BELIEVED_UNITS:
-        return "the vehicle's"
-    if (
-        value is None
-        and model in laws()
-        and name in (numbers := scaled(*laws()[model]))
-        and name not in ("weights", "parameters")
-    ):
-        return f"{code(numbers[name])} ({laws()[model][0] or 'the paper'})"
+    value, law = field.get_default(call_default_factory=True), laws().get(model)
+    if value is None and law and name not in ("weights", "parameters", *BELIEVED_UNITS):
+        numbers = scaled(law.vehicle, law.type)
+        return f"{code(numbers[name])} ({law.vehicle or 'the paper'})" if name in numbers else ""
     if isinstance(value, BaseModel):
         return code(getattr(value, "type", ""))
     return "" if value in (None, (), {}, "") else code(written(value))
@@ -302,10 +190,14 @@ def keys(model: Model) -> Iterator[Key]:
         inner = tables_in(model, field)
         whole = takes(field.annotation, tuple(field.metadata))
         if len(inner) > 1:
-            whole = f"one of the tables {', '.join(f'[{kind_name(one)}](#{anchor(one)})' for one in inner)}"
+            listed = ", ".join(f"[{kind_name(one)}](#{anchor(one)})" for one in inner)
+            whole = ONE_OF.get(get_origin(opened(field.annotation)[0]), "one of the tables") + f" {listed}"
         text = MEANINGS.get(name) or (f"the firmware's parameters `{name}`" if inner else "")
-        meaning = note.meaning or (summary(inner[0]) if len(inner) == 1 else "") or text
-        yield Key(name, whole, note.unit if note.unit != "-" else "", default_of(name, field, model), meaning)
+        meaning, _, said = note.meaning.partition(SAID)
+        meaning = meaning or (summary(inner[0]) if len(inner) == 1 else "") or text
+        number = default_of(name, field, model)
+        default = f"{prose(said)}: {number}" if said and number.endswith(")") else prose(said) or number
+        yield Key(name, whole, note.unit if note.unit != "-" else "", default, meaning)
 
 
 def below(model: Model, path: str, page: str, seen: dict[Model, str]) -> None:
@@ -323,20 +215,20 @@ def heading(model: Model, path: str) -> str:
     """Of a table."""
     kind = kind_name(model)
     if path.startswith("controller") and model in laws():
-        return laws()[model][1] + (f": {path.rpartition('.')[2]}" if kind == "a table" else "")
+        return laws()[model].type + (f": {path.rpartition('.')[2]}" if kind == "a table" else "")
     shown = f"[[{path[:-2]}]]" if path.endswith("[]") else f"[{path}]"
     return f"`{shown}`" + (f', type = "{kind}"' if kind != "a table" else "")
 
 
 def first_paragraph(model: Model) -> str:
-    """What a table is."""
-    text = (model.__doc__ or "").strip().partition("\n\n")[0]
-    return " ".join(text.split())
+    """What a table is, without the fields that its text explains; nothing of one that says no more than that it is a table."""
+    text = "" if model.__doc__ == Section.__doc__ else (model.__doc__ or "").strip().partition("\n\n")[0]
+    return re.split(r"(?<=\.) (?=[a-z_]+: )", " ".join(text.split()))[0]
 
 
 def summary(model: Model) -> str:
-    """What a table is, as its key says it; nothing of a table that says no more than that it is one."""
-    text = "" if model.__doc__ == Section.__doc__ else re.split(r"\.(?: (?=[A-Z])|$)", first_paragraph(model))[0]
+    """What a table is, as its key says it."""
+    text = re.split(r"\.(?: (?=[A-Z])|$)", first_paragraph(model))[0]
     return text if text.startswith(NAMES) else text[:1].lower() + text[1:]
 
 
@@ -346,7 +238,9 @@ def section(model: Model, path: str) -> str:
     body = table(("key", "meaning", "takes", "unit", "if left out"), rows)
     body = f":::{{container}} keys\n\n{body}\n:::\n"
     title = f"({anchor(model)})=\n### {heading(model, path)}\n\n" if path else ""
-    return f"{title}{prose(first_paragraph(model))}\n\n{body}"
+    label, said = laws()[model].label if model in laws() else "", first_paragraph(model)
+    name = f"**{prose(label[:1].upper() + label[1:])}.** " if label and not said.lower().startswith(label.lower()) else ""
+    return f"{title}{name}{prose(said)}\n\n{body}"
 
 
 def home(model: Model, path: str, page: str) -> str:

@@ -206,7 +206,7 @@ def throttle_for(s: Shared, thrust: Number, full: Number) -> Number:
 
 @dataclass(frozen=True)
 class BetaflightRates(OnQuarters, Controller[BetaflightRatesMemory, Measured, BetaflightRatesGains, RotorThrusts]):
-    """The autopilot's rate loops beneath our own position and attitude loops. mirrored: `yaw_motors_reversed`."""
+    """The autopilot's rate loops beneath quadstep's position and attitude loops. mirrored: `yaw_motors_reversed`."""
 
     name = "betaflight-rates"
     label = "Betaflight's rates"

@@ -115,7 +115,7 @@ def act(policy: Policy, observation: Vector, neurons: Vector) -> tuple[Vector, V
 
 @dataclass(frozen=True)
 class Raptor(Controller):
-    """rotors: the vehicle's, in the policy's order. mirrored: whether they spin the other way, so that its left is right."""
+    """A policy trained on a thousand quadrotors. rotors: in its order. mirrored: they spin the other way, so left is right."""
 
     rotors: tuple[int, ...] = (0, 1, 2, 3)
     mirrored: bool = False

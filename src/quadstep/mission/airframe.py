@@ -102,7 +102,7 @@ class AirframeSection(Section):
     command: CommandSection | None = None
     imu: ImuSection | None = None
     prediction: PredictionSection | None = None
-    guided_prediction: PredictionSection | None = None
+    guided_prediction: Annotated[PredictionSection | None, Quantity("", "as `prediction`, for logs with setpoints")] = None
     residual: ResidualSection | None = None
     ground: Annotated[Finite | None, Quantity("m", "height of the ground; default: no ground")] = None
     legs: Annotated[

@@ -137,7 +137,7 @@ def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
     limits = numbers_section(f"{name}Limits", plant.Limits)
     first = controller(plant.measures, known[0]) if known else None
     usual: Any = section_of(first)(type=known[0]) if first else ...
-    called: Any = Annotated[Name, Quantity("", "name of the flight, shown in its results")]
+    called: Any = Annotated[Name, Quantity("", "name of the flight, shown in its results; default: the file's name")]
     simulation = WindySimulation if plant.windy else DeclaredSimulation
     seed: object = Annotated[int, Field(ge=0, lt=2**63), Quantity("", "seed of all turbulence")]
     air: dict[str, object] = {"seed": (seed, 1), "wind": (AnyWind, WindSection())} if plant.windy else {}

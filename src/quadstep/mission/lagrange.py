@@ -129,8 +129,8 @@ else:
 class StartSection(Section):
     """State at t = 0; what is left out follows the path (position, velocity, yaw) or is zero."""
 
-    position: Annotated[Triple | None, Quantity("m", "default: the path's")] = None
-    velocity: Annotated[Triple | None, Quantity("m/s", "default: the path's")] = None
+    position: Annotated[Triple | None, Quantity("m", "position; default: the path's")] = None
+    velocity: Annotated[Triple | None, Quantity("m/s", "velocity; default: the path's")] = None
     attitude: Annotated[Angles | None, Quantity("rad", "psi, theta, phi; default: the path's yaw, level")] = None
     rates: Annotated[Triple, Quantity("rad/s", "rates of psi, theta, phi")] = (0.0, 0.0, 0.0)
 
@@ -154,7 +154,7 @@ class SimulationSection(ClockSection):
 
 
 class LimitsSection(Section):
-    """Beyond which a flight counts as diverged."""
+    """Bounds beyond which a flight is lost."""
 
     distance: Annotated[Positive, Quantity("m", "largest distance from the path")] = 100.0
     rate: Annotated[Positive, Quantity("rad/s", "largest rate of an Euler angle")] = 100.0

@@ -149,8 +149,8 @@ else:
 class AirframeStart(Section):
     """State at t = 0; what is left out follows the path or is zero. Angles are right-handed."""
 
-    position: Annotated[Triple | None, Quantity("m", "default: the path's")] = None
-    velocity: Annotated[Triple | None, Quantity("m/s", "default: the path's")] = None
+    position: Annotated[Triple | None, Quantity("m", "position; default: the path's")] = None
+    velocity: Annotated[Triple | None, Quantity("m/s", "velocity; default: the path's")] = None
     attitude: Annotated[Angles | None, Quantity("rad", "yaw, pitch, roll; default: the path's heading, level")] = None
     rates: Annotated[Triple, Quantity("rad/s", "roll, pitch, yaw about the body axes (p, q, r)")] = (0.0, 0.0, 0.0)
     hovering: Annotated[bool, Quantity("", "whether rotors start at hover speed; false: at idle")] = True

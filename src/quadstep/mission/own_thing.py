@@ -140,7 +140,7 @@ class OwnSection(NumbersSection):
     """The table of one."""
 
     thing: ClassVar[object]
-    type: str
+    type: Annotated[str, Quantity("", "FILE.py:NAME, a class of your own")]
 
 
 def own_class(kind: object, base: type, group: str, folder: Path) -> type | None:

@@ -155,7 +155,7 @@ class RecordedPath(Section):
     file: Annotated[str, Field(min_length=1), Quantity("", "a CSV file, relative to the mission's folder")]
     columns: Columns = Columns()
     psi_unit: Annotated[Literal["rad", "deg"], Quantity("", "unit of the recorded yaw")] = "rad"
-    smoothing: Annotated[float, Field(ge=0.01, le=10.0), Quantity("s", "motion faster than this is treated as noise")] = 0.15
+    smoothing: Annotated[float, Field(ge=0.01, le=10.0), Quantity("s", "shorter motions are treated as noise")] = 0.15
 
     def build(self, folder: Path) -> BuiltPath:
         with errors_in("path.file"):
