@@ -11,7 +11,8 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.off_command import off_command
 from quadstep.mission.read import read_mission
 from quadstep.page.build import fly_missions
-from quadstep.studies.flight_report import gain_rows, left_path, of_size, worst, write_report
+from quadstep.report.panels import left_path
+from quadstep.studies.flight_report import gain_rows, of_size, worst, write_report
 from tests.commands import write
 from tests.needs import CHROMIUM, needs, package
 
@@ -75,12 +76,38 @@ def test_a_flight_farther_from_its_path_than_that_is_wide_is_said_not_to_keep_it
     )
     metrics = {"outcome": "completed", "largest_error[m]": largest, "relative_error": 3.0}
     found = left_path(log, metrics).replace("\u00a0", " ")
-    off = "The vehicle did not keep its path: it was 33.0 m off a path that is 10.0 m across"
+    off = "The vehicle did not keep its path: it was 33.0 m from where it should have been, on a path that spans 10.0 m"
     sank = ", and it sank to z = −4.00 m, below z = 0" if lowest < 0.0 else ""
     assert found == (f"{off}{sank}." if largest > 10.0 else "")
     assert not left_path(log, metrics | {"relative_error": 0.01})  # as asked
     log.rows[0, 1] = 33.0  # where it began
     assert not left_path(log, metrics)
+
+
+def track(flown, wanted):
+    """The log of a flight through these points, shape (rows, 3), and its metrics."""
+    columns = ["t", *"xyz", "x_d", "y_d", "z_d"]
+    rows = np.column_stack([np.linspace(0.0, 1.0, len(flown)), flown, wanted])
+    log = FlightLog(dict.fromkeys(columns, "m"), rows, Outcome.COMPLETED, 1.0, None)
+    off = np.linalg.norm(flown - wanted, axis=1)
+    return log, {"outcome": "completed", "largest_error[m]": float(off.max()), "relative_error": 3.0}
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_a_vehicle_that_is_only_late_or_early_on_its_path_is_not_said_to_have_left_it(seed):
+    rng = np.random.default_rng(seed)
+    path = rng.normal(size=(rng.integers(2, 6), 3)) * 10.0 ** rng.uniform(-2, 2)
+    path *= rng.integers(0, 2, 3) | (rng.random(3) < 0.7)
+    late, due = (np.sort(rng.integers(0, len(path), 40)) for _ in range(2))
+    assert not left_path(*track(path[late], path[due])), seed
+
+
+def test_a_vehicle_off_the_point_that_it_holds_by_more_than_ten_arms_has_left_it():
+    fell = np.outer(np.linspace(0.0, 1.0, 20), [0.0, 3.0, -4.0])
+    log, metrics = track(fell, np.zeros((20, 3)))
+    found = left_path(log, metrics).replace("\u00a0", " ")
+    assert found == "The vehicle did not hold its position: it was 5.00 m off, and it sank to z = −4.00 m, below z = 0."
+    assert not left_path(log, metrics | {"relative_error": 0.9})
 
 
 @pytest.mark.parametrize(("turns", "since"), [(1.0, 0.0), (1.0, 5.0), (0.0, 0.0)])

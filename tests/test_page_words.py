@@ -45,7 +45,7 @@ def test_the_clock_tells_both_times_in_the_same_way(open_page):
         assert page.locator("#time").inner_text() == words
     page.evaluate("quadstep.select('windy')")
     assert page.locator("#outcome").inner_text() == "Flew 1.12 s, with problems: large error"
-    assert page.locator("#summary-words").inner_text().startswith("The vehicle did not keep its path: it was ")
+    assert page.locator("#summary-words").inner_text().startswith("Its error is large: ")
 
 
 def test_letters_of_symbols_have_the_face_of_formulas_and_words_and_units_do_not(open_page):

@@ -179,7 +179,7 @@ def test_warnings_are_those_before_and_after_the_flight():
     flight = fly(weak)
     assert len(flight.warnings) == 3
     assert flight.warnings[:2] == weak.plan().warnings
-    assert "a rotor is at a limit" in flight.warnings[2]
+    assert "the rotors were saturated" in flight.warnings[2]
 
 
 @pytest.mark.parametrize(("preset", "names"), [(None, "learning"), ("crazyflie", "vehicle")])

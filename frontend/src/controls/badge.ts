@@ -11,7 +11,7 @@ export function badge(host: HTMLElement, shown: Shown): void {
   const { flight, conditions, ghost, live, graded, whole } = shown;
   const theorems = counts(conditions);
   const mark = markOf(shown);
-  const covers = !theorems.length ? "" : shown.data.summary.limit !== null ? LIMITED : mark.kind === "bad" ? promise(shown) : "";
+  const covers = !theorems.length ? "" : shown.data.summary.limit !== null ? LIMITED : mark.kind.startsWith("bad") ? promise(shown) : "";
 
   const summary = h(
     "summary",
@@ -25,7 +25,7 @@ export function badge(host: HTMLElement, shown: Shown): void {
   const sheet = details.lastElementChild!;
   const rows: (HTMLElement | null)[] = [
     flight.why ? h("p", {}, `Reason: ${flight.why}.`) : null,
-    ...(whole === undefined ? graded.reasons : []).map((reason) => h("p", {}, closed(`${reason[0]!.toUpperCase()}${reason.slice(1)}`))),
+    ...(whole === undefined ? [graded.left, ...graded.reasons] : []).filter(Boolean).map((reason) => h("p", {}, closed(`${reason[0]!.toUpperCase()}${reason.slice(1)}`))),
     asPython(shown),
     !live ? h("p", {}, "A recording; not flown in this page.") : null,
     ghost ? h("p", {}, ghost.held ? `The ghost flew for ${number(ghost.ended, 3)} s.` : `The ghost was lost at ${ghost.ended.toFixed(2)} s: ${ghost.why}.`) : null,
@@ -71,10 +71,11 @@ export function outcome(shown: Shown): string {
   return shown.data.rate ? `Nominal flight: ${said[0]!.toLowerCase()}${said.slice(1)}` : said;
 }
 
-function inWords({ flight, graded: { grade, labels }, whole }: Shown): string {
+function inWords({ flight, graded: { grade, labels, left }, whole }: Shown): string {
   const ended = `${number(flight.ended, 3)} s`;
   if (whole !== undefined) return `First ${ended} of ${number(whole, 3)} s`;
   if (grade === "lost") return `Lost at ${flight.ended.toFixed(2)} s`;
+  if (left) return `Flew ${ended}, but ${/did not [^:]+/.exec(left)![0]}`; // the rest is in the sheet
   return grade === "as asked" ? `Flew as asked for ${ended}` : `Flew ${ended}, with problems: ${labels.join(", ")}`;
 }
 

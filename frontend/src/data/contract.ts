@@ -19,8 +19,8 @@ export interface PageData {
   readonly outcomes: readonly { name: string; text: string; ended: boolean; limit: Limit | null }[];
   /** What grades a flight, as quadstep/metrics/verdict.py says. */
   readonly rules: readonly Rule[];
-  /** What is said of a flight that left its path, and what follows where it sank: {} stands for lengths. */
-  readonly left: readonly [off: string, sank: string];
+  /** What is said of a flight that left its path, or the point to hold, and what follows where it sank: {} stands for lengths. */
+  readonly left: readonly [off: string, away: string, sank: string];
   readonly flights: readonly FlightData[];
   readonly claims: readonly Claim[];
   readonly story: StoryData | null;
@@ -126,7 +126,7 @@ export interface FlightData {
   readonly group: string;
   readonly note: string;
   readonly claims: readonly number[];
-  readonly outcome: { readonly code: number; readonly ended: number; readonly text: string; readonly why: string; readonly grade: Grade; readonly reasons: readonly string[] };
+  readonly outcome: { readonly code: number; readonly ended: number; readonly text: string; readonly why: string; readonly grade: Grade; readonly reasons: readonly string[]; readonly left: boolean };
   readonly facts: readonly (readonly [label: string, value: string])[];
   readonly summary: SummaryData;
   /** Why it is not flown live; "" if it is. */

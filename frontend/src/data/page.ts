@@ -18,7 +18,7 @@ const EMPTY: PageData = {
   tables: {},
   outcomes: [],
   rules: [],
-  left: ["", ""],
+  left: ["", "", ""],
   flights: [],
   claims: [],
   story: null,

@@ -15,20 +15,28 @@ export interface Graded {
   readonly left: string;
 }
 
+const LEFT = "left its path";
+
 export interface Mark {
   readonly glyph: string;
   readonly kind: string;
 }
 
-export const MARKS: Readonly<Record<Grade, Mark>> = {
+export const MARKS: Readonly<Record<Grade | typeof LEFT, Mark>> = {
   "as asked": { glyph: "✓", kind: "good" },
   "flew, but": { glyph: "!", kind: "fair" },
+  [LEFT]: { glyph: "!", kind: "bad left" },
   lost: { glyph: "✕", kind: "bad" },
 };
 
+/** Of how a flight ended; left: whether, or how, it left its path. */
+export function graveness({ grade, left }: { readonly grade: Grade; readonly left: string | boolean }): keyof typeof MARKS {
+  return left ? LEFT : grade;
+}
+
 /** Of a flight of which only the beginning was flown nothing is said. */
 export function markOf({ graded, whole }: { readonly graded: Graded; readonly whole: number | undefined }): Mark {
-  return whole === undefined ? MARKS[graded.grade] : { glyph: "…", kind: "draft" };
+  return whole === undefined ? MARKS[graveness(graded)] : { glyph: "…", kind: "draft" };
 }
 
 export function grade(flight: Flight, measures: Measures, { rules, left }: PageData): Graded {
@@ -38,20 +46,20 @@ export function grade(flight: Flight, measures: Measures, { rules, left }: PageD
     grade: broken.length ? "flew, but" : "as asked",
     reasons: broken.map(({ text, factor, value, most }) => text.replace("{}", above(factor * value, factor * most))),
     labels: broken.map(({ label }) => label),
-    left: broken.length ? leftPath(flight, measures.largest ?? 0, left) : "",
+    left: broken.length ? leftPath(flight, measures, left) : "",
   };
 }
 
-/** See quadstep/studies/flight_report.py, left_path. */
-function leftPath(flight: Flight, largest: number, [off, sank]: PageData["left"]): string {
+/** See quadstep/report/panels.py, left_path. */
+function leftPath(flight: Flight, { largest = 0, relative = 0 }: Measures, [off, away, sank]: PageData["left"]): string {
   const axes = ["x", "y", "z"].filter((axis) => flight.has(axis, `${axis}_d`));
   const [flown, wanted] = ["", "_d"].map((suffix) => axes.map((axis) => flight.column(`${axis}${suffix}`)!)) as [Float64Array[], Float64Array[]];
-  const size = Math.max(0, ...wanted.map((values) => greatest(values) - least(values)));
+  const size = Math.hypot(...wanted.map((values) => greatest(values) - least(values)));
   const begun = Math.hypot(...flown.map((values, i) => values[0]! - wanted[i]![0]!));
-  if (!size || largest <= Math.max(size, 1.01 * begun)) return "";
+  if (largest <= 1.01 * Math.max(size, begun) || !(size || relative > 1)) return "";
   const z = axes.indexOf("z");
   const low = z >= 0 && least(wanted[z]!) >= 0 ? least(flown[z]!) : 0;
-  return `${[largest, size].reduce((text, value) => text.replace("{}", quantity(value, "m")), off)}${low < 0 ? sank.replace("{}", quantity(low, "m")) : ""}.`;
+  return `${[largest, size].reduce((text, value) => text.replace("{}", quantity(value, "m")), size ? off : away)}${low < 0 ? sank.replace("{}", quantity(low, "m")) : ""}.`;
 }
 
 function least(values: Float64Array): number {

@@ -71,12 +71,13 @@ function comparable({ flight, data, whole }: Shown): boolean {
 
 /** What the badge leaves out: why it was lost or is not as asked, and what of the original flight is not beside it. */
 function besides(shown: Shown): string[] {
-  const { flight, data, settings, graded, asFiled, whole } = shown;
+  const { flight, data, settings, graded, asFiled, whole, measures: { saturated = 0 } } = shown;
   if (whole !== undefined) return ["While you drag, numbers and plots cover only this beginning."];
   const sameTime = data.controls.every(({ id, group }) => group !== "Path" || AS_LONG.has(id) || !settings.values[id]);
   const heavy = asFiled ? "" : tooHeavy(shown);
+  const limited = asFiled || !saturated || graded.labels.includes("rotors saturated") ? "" : `the rotors were saturated ${short(100 * saturated, 3)} % of the time`;
   const why = flight.held
-    ? [heavy, graded.left, ...graded.reasons, sameTime ? data.summary.cut : ""]
+    ? [heavy, graded.left, ...graded.reasons, limited, sameTime ? data.summary.cut : ""]
     : [heavy, `${flight.why || "it was lost"}${data.whyNot ? "" : "; the numbers stop there"}`];
   const original = data.outcome.grade === "lost" ? `was lost at ${data.outcome.ended.toFixed(2)} s` : `flew for ${number(data.outcome.ended, 3)} s`;
   const compared = asFiled || comparable(shown) ? "" : `the original ${original}`;

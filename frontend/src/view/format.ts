@@ -65,9 +65,10 @@ export function short(x: number, digits: number): string {
   return number(Number(x.toPrecision(digits)), 15).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
 }
 
-/** A quantity with its unit, in the scale that suits it. */
+/** A quantity with its unit, in the scale that suits it; lengths as src/quadstep/report/units.py, handy, has them: in mm below a metre. */
 export function quantity(x: number, unit: string, digits = 3): string {
-  const scale = scaleFor(unit, Math.abs(x));
+  const size = Math.abs(x);
+  const scale = unit === "m" && size < 1 && size >= 5e-5 ? { factor: 1e3, unit: "mm" } : scaleFor(unit, size);
   return join(number(x * scale.factor, digits), scale.unit);
 }
 

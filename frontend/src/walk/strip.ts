@@ -1,9 +1,9 @@
 // The walk: every flight of the page in a strip, one click each.
 
-import type { FlightData, Grade, PageData } from "../data/contract";
+import type { FlightData, PageData } from "../data/contract";
 import type { Session } from "../session";
 import { field } from "./field";
-import { MARKS } from "../summary/grade";
+import { MARKS, graveness } from "../summary/grade";
 import { fill, h } from "../view/dom";
 
 const GLYPHS = { holds: "✓", fails: "✕", open: "?" } as const;
@@ -32,7 +32,8 @@ export class Strip {
   private button(flight: FlightData, session: Session): HTMLButtonElement {
     const verdicts = flight.claims.flatMap((index) => session.page.claims[index]?.verdict ?? []);
     const holding = verdicts.filter((verdict) => verdict === "holds").length;
-    const { grade, reasons } = flight.outcome;
+    const { reasons } = flight.outcome;
+    const grade = graveness(flight.outcome);
     const state = [grade, ...reasons].join(" ");
     const button = h(
       "button",
@@ -59,7 +60,7 @@ export class Strip {
 
 /** What the marks mean, as far as they occur. */
 function key({ flights, claims }: PageData): HTMLElement | null {
-  const grades = (Object.keys(MARKS) as Grade[]).filter((grade) => flights.some((flight) => flight.outcome.grade === grade));
+  const grades = (Object.keys(MARKS) as (keyof typeof MARKS)[]).filter((grade) => flights.some(({ outcome }) => graveness(outcome) === grade));
   const judged = flights.some((flight) => flight.claims.length > 0) ? (["holds", "fails", "open"] as const) : [];
   const words = { holds: "its claim holds", fails: "fails", open: "cannot be decided" };
   if (grades.length < 2 && !judged.length) return null;

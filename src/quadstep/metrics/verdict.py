@@ -80,13 +80,12 @@ class Rule(NamedTuple):
 
 
 LONGER = "A longer flight would show whether it settles."
-"""Of what a flight that was merely cut while it moved does, too; not said where the loop at rest is unstable."""
+"""Of what a flight that was merely cut while it moved does, too; not where it overturned or is unstable at rest."""
 
 HALF_TURN = 180.0 / 3.141592653589793
 
 RULES = (
-    Rule("relative_error", 0.1, "large error", "its error is large: {} % of the path’s size (limit 10 %)",
-        100.0),
+    Rule("relative_error", 0.1, "large error", "its error is large: {} times the limit for its path", 10.0),
     Rule("heading_error[rad]", 0.5235987755982988, "off its heading", "its nose was {}° off its heading (limit 30°)",
         HALF_TURN),
     Rule("overturned[rad]", 1.5707963267948966, "overturned", "it tilted to {}° (limit 90°)", HALF_TURN),
@@ -100,10 +99,11 @@ RULES = (
 
 
 LEFT_PATH = (
-    "The vehicle did not keep its path: it was {} off a path that is {} across",
+    "The vehicle did not keep its path: it was {} from where it should have been, on a path that spans {}",
+    "The vehicle did not hold its position: it was {} off",
     ", and it sank to z = {}, below z = 0",
 )
-"""What is said of a flight that left its path, and what follows where it sank."""
+"""What is said of a flight that left its path, of one that left the point to hold, and what follows where it sank."""
 
 
 class Graded(NamedTuple):
@@ -139,10 +139,10 @@ def graded(metrics: Mapping[str, object]) -> Graded:
     values = ((rule, measured.get(rule.metric)) for rule in RULES)
     broken = [(rule, value) for rule, value in values if value is not None and not value <= rule.most]
     reasons = tuple(rule.text.format(above(rule.factor * value, rule.factor * rule.most)) for rule, value in broken)
-    grew = any(rule.metric.endswith("_growth") for rule, _ in broken)
+    labels = tuple(rule.label for rule, _ in broken)
+    grew = any(rule.metric.endswith("_growth") for rule, _ in broken) and "overturned" not in labels
     advice = LONGER if grew and rest_of(metrics).get("grade") != "unstable" else ""
-    grade = FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED
-    return Graded(grade, reasons, tuple(rule.label for rule, _ in broken), advice)
+    return Graded(FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED, reasons, labels, advice)
 
 
 def together(clauses: Sequence[str]) -> str:

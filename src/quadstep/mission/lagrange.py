@@ -195,7 +195,7 @@ class LagrangeMission(Mission):
             metrics["saturated_share"] = share
         if limits and len(log.rows) > 1:
             metrics["largest_thrust_share"] = float(rotor_thrusts(log).sum(axis=1).max()) / (4.0 * limits[1])
-        return metrics, [f"a rotor is at a limit {100 * share:.3g} % of the time"] if share else []
+        return metrics, [f"the rotors were saturated {100 * share:.3g} % of the time"] if share else []
 
     def build(self, path: BuiltPath) -> Built:
         rotors, vehicle = self.vehicle.rotors.limits, self.vehicle.build()

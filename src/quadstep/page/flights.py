@@ -22,6 +22,7 @@ from quadstep.page.laws import Laws
 from quadstep.page.model import Cell, Control, ControllerData, FlightData, Rate, RecordedData, Summary, numbers_text
 from quadstep.page.scenes import panels, scene
 from quadstep.report import units
+from quadstep.report.panels import left_path
 from quadstep.vehicle.declared import DeclaredPlant
 
 MOST_ROWS = 60_000
@@ -88,7 +89,7 @@ def outcome_data(flown: ShownFlight) -> dict[str, object]:
     lost = "" if log.outcome is Outcome.COMPLETED else reason(flown.plan, log) if flown.plan else words(log.outcome)
     text = f"lost at {log.ended:.4g} s: {lost}" if lost else f"completed {log.ended:g} s"
     return {"code": int(log.outcome), "ended": log.ended, "text": text, "why": lost, "grade": grade.grade.value,
-            "reasons": list(grade.reasons)}  # fmt: skip
+            "reasons": list(grade.reasons), "left": bool(left_path(log, flown.metrics))}  # fmt: skip
 
 
 def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> FlightData:

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.doors import Door
 from quadstep.metrics.quantities import position_axes, position_errors, rotor_columns, shorter_way
+from quadstep.metrics.registry import Metrics
+from quadstep.metrics.verdict import LEFT_PATH, FlightGrade, graded
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import COMMANDED, Panel, Track
 from quadstep.report.sheet import Sheet
@@ -210,6 +212,23 @@ def in_space(log: FlightLog, suffix: str = "") -> NDArray[np.float64]:
     """x, y and z, shape (samples, 3); 0 along an axis that the plant does not have."""
     columns = [log.column(f"{axis}{suffix}") if axis in log.columns else np.zeros(len(log.rows)) for axis in "xyz"]
     return np.stack(columns, axis=1)
+
+
+def left_path(log: FlightLog, metrics: Metrics) -> str:
+    """That a flight not as asked came farther from its path than from one end of that to the other, and than it began, or that
+    it did not hold its point, in a sentence; or "".
+    """
+    largest, share = metrics.get("largest_error[m]"), metrics.get("relative_error")
+    if graded(metrics).grade is not FlightGrade.FLEW_BUT or not isinstance(largest, float) or not len(log.rows):
+        return ""
+    wanted = in_space(log, "_d")
+    size, begun = float(np.linalg.norm(np.ptp(wanted, axis=0))), float(np.linalg.norm(in_space(log)[0] - wanted[0]))
+    if largest <= 1.01 * max(size, begun) or not (size or (isinstance(share, float) and share > 1.0)):
+        return ""
+    low = float(log.column("z").min()) if {"z", "z_d"} <= log.columns.keys() and log.column("z_d").min() >= 0.0 else 0.0
+    off, away, sank = LEFT_PATH
+    said = (off if size else away).format(*(quantity(one, "m") for one in (largest, size)))
+    return f"{said}{sank.format(quantity(low, 'm')) if low < 0.0 else ''}."
 
 
 FIGURES = Door("quadstep.figures", {"flight": "quadstep.report.panels:panel_jobs"})

@@ -13,11 +13,11 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.off_command import off_command
 from quadstep.metrics.quantities import FAR, moves, position_axes, position_errors
 from quadstep.metrics.registry import Metrics, group, metric, rest_of
-from quadstep.metrics.verdict import LEFT_PATH, FlightGrade, graded
+from quadstep.metrics.verdict import FlightGrade, graded
 from quadstep.mission.listings import rounded, written
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
-from quadstep.report.panels import at, in_space
+from quadstep.report.panels import at, left_path
 from quadstep.studies.tuning.gains import filled_in
 
 if TYPE_CHECKING:
@@ -104,21 +104,6 @@ def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
         return ""
     size = f"The path's size is {units.quantity(off / share, 'm')}, the RMSE of a vehicle that stays at the start"
     return f"{size} (no error counts more than {FAR:g} m); the position RMSE is {units.percent(share)} of it. "
-
-
-def left_path(log: FlightLog, metrics: Metrics) -> str:
-    """That a flight not as asked came farther from its path than that is wide, and than it began, in a sentence; or ""."""
-    largest = metrics.get("largest_error[m]")
-    if graded(metrics).grade is not FlightGrade.FLEW_BUT or not isinstance(largest, float) or not len(log.rows):
-        return ""
-    wanted = in_space(log, "_d")
-    size, begun = float(np.ptp(wanted, axis=0).max()), float(np.linalg.norm(in_space(log)[0] - wanted[0]))
-    if not size or largest <= max(size, 1.01 * begun):
-        return ""
-    low = float(log.column("z").min()) if {"z", "z_d"} <= log.columns.keys() and log.column("z_d").min() >= 0.0 else 0.0
-    off, sank = LEFT_PATH
-    said = off.format(units.quantity(largest, "m"), units.quantity(size, "m"))
-    return f"{said}{sank.format(units.quantity(low, 'm')) if low < 0.0 else ''}."
 
 
 KINDS = (

@@ -27,12 +27,12 @@ from quadstep.mission.check import check
 from quadstep.mission.own_controller import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection, piloted_section
 from quadstep.mission.read import REAL, plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded
-from quadstep.report.panels import jobs_to_draw, labels_of
+from quadstep.report.panels import jobs_to_draw, labels_of, left_path
 from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import quantity
-from quadstep.studies.flight_report import cut, error_rows, errors_since, left_path, of_log, own_facts, write_report
+from quadstep.studies.flight_report import cut, error_rows, errors_since, of_log, own_facts, write_report
 
 REPORT = "report.html"
 
