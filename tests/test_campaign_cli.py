@@ -202,7 +202,7 @@ def test_its_first_sentence_names_limits_and_what_of_the_path_is_not_flown(tmp_p
 
 MISSIONS = {
     "missing": ("", ["mission", "missing"]),
-    "a number": ("mission = 5", ["mission"]),
+    "a number": ("mission = 5", ["mission: should be text, not 5: a mission file", "or a whole mission as a table"]),
     "an empty name": ('mission = ""', ["cannot be read"]),
     "a file that is not there": ('mission = "none.toml"', ["none.toml", "file not found"]),
     "a folder": ('mission = "."', ["cannot be read"]),

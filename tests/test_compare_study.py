@@ -175,7 +175,7 @@ MARGIN = '[margins.wind]\nkeys = ["wind.mean.0"]\npath = "up"\nscenario = "calm"
 
 @pytest.mark.parametrize(("text", "said"), [
     (SMALL.replace('["research-2.6kg"]', '["x5"]'), "vehicles: unknown vehicle 'x5'; did you mean x500? Allowed: crazyflie"),
-    (SMALL.replace('["research-2.6kg"]', "[]"), "vehicles: should have at least 1 entries"),
+    (SMALL.replace('["research-2.6kg"]', "[]"), "vehicles: should have at least 1 entry, not 0"),
     (SMALL.replace('["research-2.6kg"]', '["x500", "x500"]'), "vehicles: x500 is named twice"),
     (SMALL.replace("seeds = 12", "seeds = 1"), "seeds: should be greater than or equal to 2, not 1"),
     (SMALL.replace("[scenarios.calm]", "[scenarios.calm]\npaths = ['down']"), "unknown value 'down'; allowed: up"),
@@ -189,7 +189,7 @@ MARGIN = '[margins.wind]\nkeys = ["wind.mean.0"]\npath = "up"\nscenario = "calm"
     (SMALL + TUNING.replace("4500", "4500\nseeds = 8"), "tuning.seeds: should be greater than or equal to 16"),
     (SMALL + TUNING.replace('"windy"', '"hail"'), "tuning.flown[0].scenario: unknown value 'hail'"),
     (SMALL + "[controllers.x]\ncontroller = { k_x = 1.0 }\n", "controllers.x: controller.type: missing"),
-    (SMALL + OPTIONAL.replace("true", "3"), "controllers.policy.optional: should be a valid boolean, not 3"),
+    (SMALL + OPTIONAL.replace("true", "3"), "controllers.policy.optional: should be true or false, not 3"),
     (SMALL.replace("vehicle.mass", "seed"), "seed"),
 ])  # fmt: skip
 def test_what_a_study_cannot_say_is_refused_in_one_line(text, said):

@@ -335,7 +335,7 @@ WRONG_METRICS = {
     '"metrics.py:Nothing"': ({}, "metrics: .*metrics.py: has no 'Nothing'; it defines "),
     '"lissajous.py:Lissajous"': ({}, "metrics: lissajous.py:Lissajous: should be a subclass of quadstep.own.Metric"),
     '"overshoot"': ({}, "metrics: unknown value 'overshoot'; allowed: energy, "),
-    "3": ({}, r"metrics\[0\]: should be a valid string, not 3"),
+    "3": ({}, r"metrics\[0\]: should be text, not 3"),
     '"metrics.py:Climb", "metrics.py:Climb"': ({}, "metrics: two metrics share the name climb"),
     '"own.py:One"': ({"NAME": '"a[b]", "m"'}, "metrics: own.py:One: its `name` should be letters"),
     '"own.py:One" ': ({"NAME": '"a", "m\\n"'}, "metrics: own.py:One: its `unit` should be"),

@@ -169,6 +169,7 @@ def test_what_has_changed_cannot_be_resumed(tmp_path):
     (VARY + "[rare]\nscore = 'speed'\n", (), ("rare.score: 'speed'", "allowed here: position_rmse", "far")),
     (VARY + "[rare]\nscore = []\n", (), ("rare.score",)),
     (VARY + "[rare]\nmethod = 'crude'\n", (), ("rare.method", "cross-entropy", "subset")),
+    (VARY + "[rare]\nmethod = 3\n", (), ("rare.method: should be cross-entropy or subset, not 3",)),
     (VARY + "[rare]\nflights = 10\n", (), ("rare.flights", "200")),
     (VARY + "[rare]\nreplicates = 1\n", (), ("rare.replicates", "5")),
     (VARY + "[rare]\nlevels = 3\n", (), ("rare.levels: unknown key", "replicates")),

@@ -17,6 +17,9 @@ from quadstep.mission.presets import origin
 RANGES = "greater_than", "greater_than_equal", "less_than", "less_than_equal"
 """Types of errors that a quantity's unit is said of."""
 
+PLAIN = {"bool_": "true or false", "int_": "a whole number", "float_": "a number"}
+"""What a value should be, by how the type of pydantic's error begins."""
+
 NOT_NUMBERS = "float_parsing", "float_type"
 """Types of errors of which the unit of the number is said."""
 
@@ -101,21 +104,25 @@ def describe(model: type[BaseModel], problem: Any) -> tuple[str, str]:
         return f"{key}.type", missing if kind == "union_tag_not_found" else unknown_name("value", context["tag"], names)
     field = models[-1].model_fields.get(keys[-1].partition("[")[0]) if keys else None
     note = next((one for one in (field.metadata if field else ()) if isinstance(one, Quantity)), Quantity("", ""))
-    meaning = f": {note.meaning}{note.unit and f' [{note.unit}]'}" if note.meaning else ""
+    unit = "" if note.unit == "-" else note.unit
+    meaning = f": {note.meaning}{unit and f' [{unit}]'}" if note.meaning else ""
+    few = context.get("min_length")
     said = {
         "extra_forbidden": unknown(keys[-1] if keys else "", models[-1].model_fields),
         "missing": f"missing; it is needed{meaning}",
         "model_type": f"should be a table, not {shorten(given)}",
         "model_attributes_type": f"should be a table, not {shorten(given)}",
         "dict_type": f"should be a table, not {shorten(given)}{meaning}",
-        "too_short": f"should have at least {context.get('min_length')} entries, not {context.get('actual_length')}",
+        "string_type": f"should be text, not {shorten(given)}{meaning}",
+        "too_short": f"should have at least {few} {'entry' if few == 1 else 'entries'}, not {context.get('actual_length')}",
         "too_long": f"should have at most {context.get('max_length')} entries, not {context.get('actual_length')}",
     }.get(kind)
     if said is None:
         text = problem["msg"].removeprefix("Value error, ").removeprefix("Input ").replace("valid tuple", "list")
-        text = f"should be a number in {note.unit}" if kind in NOT_NUMBERS and note.unit else text
+        text = next((f"should be {plain}" for start, plain in PLAIN.items() if kind.startswith(start)), text)
+        text = f"should be a number in {unit}" if kind in NOT_NUMBERS and unit else text
         entries = text.startswith(EVERY)
-        unit = f" {note.unit}" if note.unit and (entries or kind in RANGES) else ""
+        unit = f" {unit}" if unit and (entries or kind in RANGES) else ""
         said = f"{text}, not {shorten(given)}{unit}" if entries or kind != "value_error" else text
         said = text if isinstance(given, dict) else said
     return key, said

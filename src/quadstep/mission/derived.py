@@ -226,9 +226,8 @@ def checked_kind(gain: Gain) -> Any:
         return number
     if gain.stands_for_three:
         return three
-    entries: Any = tuple[number, ...]  # type: ignore[valid-type]  # a value, not a type to the checker
-    count = len(gain.parts)
-    return Annotated[entries, BeforeValidator(as_tuple), Field(min_length=count, max_length=count)]
+    entries: Any = tuple[(number,) * len(gain.parts)]  # type: ignore[misc]  # a value, not a type to the checker
+    return Annotated[entries, BeforeValidator(as_tuple)]
 
 
 def key_field(gain: Gain) -> tuple[Any, Any]:
