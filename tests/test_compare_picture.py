@@ -50,10 +50,10 @@ def test_any_number_of_controllers_can_be_drawn(tmp_path, count):
 
 @pytest.mark.parametrize(
     ("median", "lost", "words"),
-    [(0.0123, 0.0, "1.23"), (0.0123, 0.044, "1.23\n4.4 % lost"), (0.5, 0.999, "50\n99.9 % lost"), (math.inf, 1.0, "lost")],
+    [(0.0123, 0.0, "12.3"), (0.0123, 0.044, "12.3\n4.4 % lost"), (0.5, 0.999, "500\n99.9 % lost"), (math.inf, 1.0, "lost")],
 )
 def test_a_square_says_the_median_and_what_is_lost(median, lost, words):
-    assert square_text(result("law", median, lost), "e", 100.0) == words
+    assert square_text(result("law", median, lost), "e", 1000.0) == words
 
 
 @pytest.mark.parametrize(("grades", "words"), [
@@ -98,7 +98,7 @@ def test_nobody_wins_what_is_shared_and_who_flew_elsewhere_only_is_said_so():
     shared = "law 0, law 1 and law 2 share the best mean rank, 0.50 from 0 (always first) to 1 (always last). 3 controllers"
     assert " ".join(of_all(twice)).startswith(shared)
     assert of_situation(twice, WHERE, ranked).startswith(
-        "crazyflie, hover, calm: law 0, law 1 and law 2 share the smallest median e, 1 cm"
+        "crazyflie, hover, calm: law 0, law 1 and law 2 share the smallest median e, 10.0 mm"
     )
     assert best(same, WHERE) == found.controllers
     assert best(found, WHERE) == ["law 0"]
@@ -130,12 +130,14 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
         "circle, calm: its error is large for its path. "
     )
     assert ", but" not in of_situation(one, WHERE, ranked)
-    assert of_situation(one, second, ranked).startswith("crazyflie, circle, calm: law 0 has the smallest median e, 1 cm (500 ")
+    assert of_situation(one, second, ranked).startswith(
+        "crazyflie, circle, calm: law 0 has the smallest median e, 10.0 mm (500 "
+    )
     assert ", but in its median flight, its error is large for its path" in of_situation(one, second, ranked)
     lost = Graded(FlightGrade.LOST)
     none = all_of(FAR, FAR, FAR, lost)
     assert answer(none).startswith("No controller flies as asked in any situation: In hover")
-    assert "law 0 has the smallest median e (1 cm, but not as asked: large error), but is not" in answer(none)
+    assert "law 0 has the smallest median e (10.0 mm, but not as asked: large error), but is not" in answer(none)
     assert of_situation(none, WHERE, ranked).startswith("crazyflie, hover, calm: law 0 has the smallest ")
     gone = "; its median flight is lost in 1 and does not do as asked in 1 of 2 situations, worst of those it completes in "
     assert gone in lead(all_of(FAR, AS_ASKED, lost, AS_ASKED))
@@ -147,7 +149,7 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
     )
     assert facts(unknown)[1][:2] == ("median flights as asked", "0 of 2")
     header, (first, _) = matrix(none, "crazyflie")
-    assert dict(zip(header, first, strict=True))["law 0"] == "1 (1), large error"
+    assert dict(zip(header, first, strict=True))["law 0"] == "10.0 (10.0), large error"
     assert [(row["grade"], row["grade_reasons"]) for row in cell_rows(one)][:2] == [
         ("as asked", ""),
         ("flew, but", "its error is large for its path"),
@@ -160,11 +162,13 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
     )
 
 
-NOT_SHOWN = "In hover, law 0 has the smallest median e (1 cm), but is not shown to be better{} than law 1 (1 cm). In circle, "
+NOT_SHOWN = (
+    "In hover, law 0 has the smallest median e (10.0 mm), but is not shown to be better{} than law 1 (10.0 mm). In circle, "
+)
 
 
 @pytest.mark.parametrize(("difference", "p", "said", "differs", "better"), [
-    (-1e-3, 0.001, "law 0 is best in hover (median e 1 cm) and in circle (1 cm).",
+    (-1e-3, 0.001, "law 0 is best in hover (median e 10.0 mm) and in circle (10.0 mm).",
         "in 2 of 2 pairs over 2 situations, the", "significantly better than law 1."),
     (-1e-6, 0.001, NOT_SHOWN.format(" by 0.1 % or more"),
         "in 2 of 2 pairs over 2 situations (in 2 of these by less than 0.1 %), the", "law 1 (by less than 0.1 %)."),
@@ -182,10 +186,11 @@ def test_who_leads_by_chance_or_hardly_at_all_is_not_said_to_be_best(difference,
 
 
 @pytest.mark.parametrize(("effect", "lost", "said"), [
-    (-1.0, 0.0, "law 0 is best (median e 1 cm, next law 1 with the same, but flight by flight worse)."),
-    (1.0, 0.0, "law 0 has the smallest median e (1 cm, next law 1 with the same), but flight by flight is worse than law 1."),
-    (-1.0, 0.2, "law 0 has the smallest median e (1 cm, next law 1 with the same, but flight by flight worse), but certainly "
-        "loses more flights than law 1."),
+    (-1.0, 0.0, "law 0 is best (median e 10.0 mm, next law 1 with the same, but flight by flight worse)."),
+    (1.0, 0.0, "law 0 has the smallest median e (10.0 mm, next law 1 with the same), but flight by flight is worse than "
+        "law 1."),
+    (-1.0, 0.2, "law 0 has the smallest median e (10.0 mm, next law 1 with the same, but flight by flight worse), but "
+        "certainly loses more flights than law 1."),
 ])  # fmt: skip
 def test_the_smallest_median_is_not_best_where_another_wins_flight_by_flight_or_loses_fewer(effect, lost, said):
     pair = Pair("law 0", "law 1", Estimate(0.01 * effect, -1.0, 1.0), 1.0, effect, 0.001, lost, 0.001)
@@ -193,10 +198,10 @@ def test_the_smallest_median_is_not_best_where_another_wins_flight_by_flight_or_
     found = comparison(2)._replace(results=tuple(result(f"law {i}", 0.01) for i in range(2)), ranked=ranked)
     assert answer(found) == said
     apart = found._replace(results=tuple(result(f"law {i}", 0.01 + 1e-6 * i) for i in range(2)))
-    assert "1 cm, next law 1 with 1.0001 cm" in answer(apart)
+    assert "10.000 mm, next law 1 with 10.001 mm" in answer(apart)
     assert of_situation(apart, WHERE, ranked[WHERE]) == "500 flights are too few for an interval of the median."
     alike = Ranked({"law 0": 1.5, "law 1": 1.5}, 1.0, (), copies=True)
-    assert answer(found._replace(ranked={WHERE: alike})) == "law 0 and law 1 share the smallest e (1 cm)."
+    assert answer(found._replace(ranked={WHERE: alike})) == "law 0 and law 1 share the smallest e (10.0 mm)."
 
 
 @pytest.mark.parametrize(("violation", "unconstrained", "said"), [
@@ -225,8 +230,8 @@ def test_of_many_situations_the_answer_counts_in_how_many_each_is_best():
     lossy = [one._replace(lost=Estimate(0.3, 0.1, 0.5)) if one.controller == "law 1" else one for one in results]
     two = found._replace(results=tuple(lossy), ranked=dict(list(ranked.items())[:2]))
     assert answer(two) == (
-        "law 0 is best in 'path 0' (median e 1 cm, while law 1 loses 30 % of its flights) and in 'path 1' (1 cm, while law 1 "
-        "loses 30 % of its flights)."
+        "law 0 is best in 'path 0' (median e 10.0 mm, while law 1 loses 30 % of its flights) and in 'path 1' (10.0 mm, while "
+        "law 1 loses 30 % of its flights)."
     )
 
 
@@ -236,4 +241,4 @@ def test_the_axis_says_that_it_is_logarithmic_and_names_an_interval_only_where_f
     found = found._replace(ranked={WHERE: found.ranked[WHERE]._replace(copies=alike)})
     draw_vehicle(tmp_path / "one", found, "crazyflie", sheet("svg", None, SCREEN))
     text = " ".join(re.findall(r">([^<>]+)</text>", (tmp_path / "one.svg").read_text(encoding="utf-8")))
-    assert "e [cm], logarithmic scale" in text and ("interval" in text) == (not alike)
+    assert "e [mm], logarithmic scale" in text and ("interval" in text) == (not alike)

@@ -462,7 +462,7 @@ def test_the_best_of_laws_that_do_not_follow_their_path_is_not_praised(tmp_path)
     report = (out / "report.html").read_text(encoding="utf-8")
     answer = html.unescape(re.search(r'<p class="answer">(.*?)</p>', report)[1])
     assert answer.startswith("No mission flies as asked: ")
-    assert " cm, but not as asked: large error" in answer
+    assert "\N{NO-BREAK SPACE}m, but not as asked: large error" in answer
     assert re.search(r"In \w+'s median flight, its error is large: ", html.unescape(report))
     assert answer[1:-1].replace("\N{NO-BREAK SPACE}", " ") in result.out
     assert "large error" in (out / "table.tex").read_text(encoding="utf-8")
@@ -492,15 +492,19 @@ def test_flights_that_do_not_differ_are_said_to_decide_nothing(tmp_path):
     out = tmp_path / "out"
     result = quadstep("compare", *files, "--seeds", 6, "--out", out)
     assert (result.code, result.err) == (0, "")
-    assert "2 missions, 6 flights each, all alike, so nothing is statistical.\nThey differ in controller type" in result.out
+    assert (
+        "2 missions, 1 flight each, since nothing is random and more would be identical.\nThey differ in controller"
+        in result.out
+    )
     assert "(pid against geometric) and k_x (unset against 9)." in " ".join(result.out.split())
-    assert len(set(re.findall(r"[0-9.]+ cm", result.out))) == len(re.findall(r"[0-9.]+ cm", result.out)) == 2
-    assert "decided" not in result.out
+    assert len(set(re.findall(r"[0-9.]+ mm", result.out))) == len(re.findall(r"[0-9.]+ mm", result.out)) == 2
+    assert "decided" not in result.out and "median" not in result.out
+    assert [row["flights"] for row in rows(out, "cells.csv")] == ["1", "1"]
     (pair,) = rows(out, "pairs.csv")
     assert pair["better"] == ""
     report = (out / "report.html").read_text(encoding="utf-8")
-    assert re.search(r'<p class="answer">(pid|geometric) is best \(position RMSE [^<]* cm, next [^<]* cm\)\.</p>', report)
-    assert "<small>2 missions</small>" in report and "All missions fly the same path, with the same random" in report
+    assert re.search(r'<p class="answer">(pid|geometric) is best \(position RMSE [^<]*\smm, next [^<]*\smm\)\.</p>', report)
+    assert "<small>2 missions</small>" in report and "All missions fly the same path.<" in report
     assert "Wilcoxon" not in report and "best mean rank" not in report and "Friedman" not in report
     assert "everything else is the same" not in report  # missions differ in whatever they like
     assert "pairs decided" not in report

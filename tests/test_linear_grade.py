@@ -4,6 +4,7 @@ import math
 import re
 from html import unescape
 
+import numpy as np
 import pytest
 
 from quadstep import Mission
@@ -108,8 +109,11 @@ def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis
 def test_a_loop_that_grows_is_unstable_and_names_what_grows():
     found = grade(hover({"type": "geometric", "k_Omega": 2000.0}))
     assert found.word == UNSTABLE
-    assert found.why.startswith("a mode grows by a factor of 2.72 in ")
-    assert found.why.endswith(" s (body rate about z)")
+    analysis = analyse_rest(hover({"type": "geometric", "k_Omega": 2000.0})).analysis
+    growth = max(abs(np.linalg.eigvals(analysis.loop.map)))
+    doubling = math.log(2.0) / math.log(growth) * analysis.loop.period.length
+    said = re.fullmatch(r"a deviation doubles every (\d+\.\d+) ms \(body rate about z\)", found.why)
+    assert 1e-3 * float(said[1]) == pytest.approx(doubling, rel=5e-3)
 
 
 def test_a_loop_without_rest_or_slopes_is_said_to_be_so():
@@ -183,7 +187,7 @@ def test_a_memory_that_stops_at_a_limit_is_not_followed_beyond_it(tmp_path):
 def test_a_loop_that_swings_about_a_rest_is_unstable_there_and_said_to_swing(tmp_path):
     run = quadstep("linear", EXAMPLES / "super_twisting.toml", "--out", tmp_path / "out")
     unstable, swings = run.out.splitlines()[-3:-1]
-    assert unstable.startswith("Unstable: a mode grows by a factor of 2.72 in 0.")
+    assert unstable.startswith("Unstable: a deviation doubles every ")
     said = r"Flown at rest where its path begins, it does not settle: it swings by 1\d(\.\d)? mm along [xy] every 0.\d+ s\."
     assert re.fullmatch(said, swings.replace("\u00a0", " "))
     assert strict_json(tmp_path / "out" / "linear.json")["sentences"] == [unstable, swings]

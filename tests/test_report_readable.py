@@ -261,7 +261,7 @@ def test_points_and_cells_say_what_they_are(tmp_path, browsers):
         points.plot([1.0], [2.0], "o")
         points.set_xscale("log")
         points.set_xlim(0.5, 2.0)
-        tell(points, ToldPlace(0.9, 1.1, 2.0, 2.0, "pid, calm", [("RMSE [cm]", "1.2 [1.0, 1.4]")]))
+        tell(points, ToldPlace(0.9, 1.1, 2.0, 2.0, "pid, calm", [("RMSE [mm]", "1.2 [1.0, 1.4]")]))
         cells.imshow([[0.0, 1.0]], extent=(0.0, 2.0, 0.0, 1.0), aspect="auto")
         for left in (0.0, 1.0):
             tell(cells, ToldPlace(left, left + 1.0, 0.0, 1.0, f"cell {left:g}", [("RMSE", f"{left:g} mm")]))
@@ -281,7 +281,7 @@ def test_points_and_cells_say_what_they_are(tmp_path, browsers):
         reading.wait_for()
         return reading.inner_text().split("\n")
 
-    assert said(told[0], 0.5, 0.5, "pid") == ["pid, calm", "RMSE", "1.2 [1.0, 1.4]\N{NO-BREAK SPACE}cm"]
+    assert said(told[0], 0.5, 0.5, "pid") == ["pid, calm", "RMSE", "1.2 [1.0, 1.4]\N{NO-BREAK SPACE}mm"]
     assert said(told[1], 0.25, 0.5, "cell 0") == ["cell 0", "RMSE", "0 mm"]
     assert said(told[1], 0.75, 0.1, "cell 1") == ["cell 1", "RMSE", "1 mm"]
     browsers[False].blank()

@@ -78,8 +78,8 @@ WORST_FIRST = UNSTABLE, NO_REST, UNKNOWN, FRAGILE, SOUND
 def graded(analysis: Analysis) -> Grade:
     if not analysis.stable:
         first = analysis.poles[0]
-        pace = f"by a factor of {math.e:.3g} in {-first.time_constant:.3g} s"
-        return Grade(UNSTABLE, f"a mode grows {pace} ({analysis.in_words(first.states)})")
+        pace = quantity(-math.log(2.0) * first.time_constant, "s").replace("\N{NO-BREAK SPACE}", " ")
+        return Grade(UNSTABLE, f"a deviation doubles every {pace} ({analysis.in_words(first.states)})")
     if analysis.not_held:
         return Grade(UNSTABLE, f"it does not hold {', '.join(analysis.not_held)}; a deviation there never decays")
     measures = least_of(analysis)

@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Sequence
+from statistics import median as middle
 from typing import NamedTuple
 
 from quadstep.metrics.verdict import FlightGrade
-from quadstep.report.units import listed, metric, percent
+from quadstep.report.units import DIGITS, listed, metric, number, percent, suited, unit_suffix
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.ranking import Pair
@@ -24,11 +25,15 @@ class Unit(NamedTuple):
     name: str
     factor: float
 
+    def text(self, value: float, digits: int = DIGITS) -> str:
+        """A value in SI, as a sentence has it."""
+        return number(self.factor * value, digits) + unit_suffix(self.name).replace("\N{NO-BREAK SPACE}", " ")
 
-def unit_of(full: str) -> Unit:
-    """Of a metric by its name with unit: centimetres for metres."""
-    unit = full.partition("[")[2].rstrip("]")
-    return Unit("cm", 100.0) if unit == "m" else Unit(unit, 1.0)
+
+def unit_of(results: Comparison, name: str) -> Unit:
+    """Of a metric by its name without unit, the same wherever it is shown: one that suits the middle of its medians."""
+    medians = [abs(value) for one in results.results if math.isfinite(value := one.spreads[name].median.value)]
+    return Unit(*suited(metric(results.metrics[name])[1], middle(medians) if medians else 0.0))
 
 
 def answer(results: Comparison) -> str:
@@ -122,8 +127,7 @@ def within(results: Comparison, situation: Situation) -> str:
 def median(results: Comparison, situation: Situation, name: str, digits: int = 3) -> str:
     """Of a controller's flights."""
     value = next(one.spreads[results.metric].median.value for one in results.of(situation) if one.controller == name)
-    unit = unit_of(results.metrics[results.metric])
-    return f"{unit.factor * value:.{digits}g} {unit.name}".strip() if math.isfinite(value) else "lost"
+    return unit_of(results, results.metric).text(value, digits) if math.isfinite(value) else "lost"
 
 
 def worth(results: Comparison, situation: Situation, best: str) -> str:

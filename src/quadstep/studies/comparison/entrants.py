@@ -256,6 +256,11 @@ class Comparison(NamedTuple):
         return bool(self.ranked) and all(one.copies for one in self.ranked.values())
 
     @property
+    def spreads(self) -> bool:
+        """Whether flights of one controller in one situation differ."""
+        return self.seeds > 1 and not self.copies
+
+    @property
     def pairs(self) -> int:
         """How many were compared: the size of each family of tests."""
         return sum(len(one.pairs) for one in self.ranked.values() if not one.copies)

@@ -13,6 +13,7 @@ from quadstep.report.canvas import drawing, legend_columns, wrapped, write
 from quadstep.report.colours import CURVES
 from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
+from quadstep.report.units import number
 from quadstep.studies.comparison.answer import unit_of
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.words import LOST, interval_text, percent, share_lost, situation_caption, title
@@ -43,7 +44,7 @@ def draw_vehicle(path: Path, results: Comparison, vehicle: str, sheet: Sheet) ->
     situations = [one for one in results.situations if one.vehicle == vehicle]
     names = results.controllers
     group = A_CONTROLLER * len(names) + BETWEEN
-    unit = unit_of(results.metrics[results.metric])
+    unit = unit_of(results, results.metric)
     with drawing(sheet):
         height = 1.1 + group * len(situations) + 0.2 * math.ceil(len(names) / 4)
         figure = Figure(figsize=(sheet.inches(PHONE), height), layout="constrained")
@@ -65,16 +66,11 @@ def draw_vehicle(path: Path, results: Comparison, vehicle: str, sheet: Sheet) ->
         axes.set_ylim(-len(situations) * group + 0.5 * BETWEEN, BETWEEN)
         axes.grid(visible=False, axis="y")
         kind = scaled(axes)
-        lines = f": median with 95 % interval, line to the {results.high}" if spreads(results) else ""
-        says = f"{title(results.metrics[results.metric])}{kind}{lines}"
+        lines = f": median with 95 % interval, line to the {results.high}" if results.spreads else ""
+        says = f"{title(results, results.metric)}{kind}{lines}"
         axes.set_xlabel(wrapped(says, 0.9 * figure.get_figwidth(), rcParams["font.size"]))
         figure.legend(loc="outside upper left", ncols=legend_columns(figure.get_figwidth(), list(names), 4))
         write(figure, path, sheet)
-
-
-def spreads(results: Comparison) -> bool:
-    """Whether flights of one controller in one situation differ."""
-    return results.seeds > 1 and not results.copies
 
 
 def draw_result(axes: Axes, one: SituationResult, metric: str, height: float, factor: float, looks: tuple[str, str]) -> None:
@@ -100,12 +96,14 @@ def draw_result(axes: Axes, one: SituationResult, metric: str, height: float, fa
 
 def tell_result(axes: Axes, one: SituationResult, results: Comparison, height: float) -> None:
     """What a point is, for a report's reader who points at it."""
-    full, spread = results.metrics[results.metric], one.spreads[results.metric]
-    factor = unit_of(full).factor
+    spread, factor = one.spreads[results.metric], unit_of(results, results.metric).factor
     at, low, high = (factor * part for part in spread.median)
     if math.isfinite(at):
         left, right = (value if math.isfinite(value) else at for value in (low, high))
-        said = [(title(full), interval_text(spread.median, factor)), (results.high, interval_text(spread.high, factor))]
+        said = [
+            (title(results, results.metric), interval_text(spread.median, factor)),
+            (results.high, interval_text(spread.high, factor)),
+        ]
         said += [("lost", percent(one.lost))] if one.lost.value else []
         tell(axes, ToldPlace(left, right, height, height, f"{one.controller}, {situation_caption(one.situation)}", said))
 
@@ -136,7 +134,7 @@ def draw_heat(path: Path, results: Comparison, vehicle: str, sheet: Sheet) -> No
     names = [
         name for name in sorted(results.overall(), key=results.overall().__getitem__) if any(name == key[0] for key in cells)
     ]
-    unit = unit_of(results.metrics[results.metric])
+    unit = unit_of(results, results.metric)
     best = [min(median(one, results.metric) for (_, place), one in cells.items() if place == where) for where in situations]
     shades = np.ones((len(names), len(situations)))
     for row, name in enumerate(names):
@@ -162,7 +160,7 @@ def draw_heat(path: Path, results: Comparison, vehicle: str, sheet: Sheet) -> No
         axes.grid(visible=False)
         axes.tick_params(length=0.0)
         axes.set_xlabel(
-            f"median {title(results.metrics[results.metric])}, and share lost; the palest cell is the best of its situation, "
+            f"median {title(results, results.metric)}, and share lost; the palest cell is the best of its situation, "
             f"the darkest {WORST:g} times as much"
         )
         write(figure, path, sheet)
@@ -174,5 +172,5 @@ def median(one: SituationResult, metric: str) -> float:
 
 def square_text(one: SituationResult, metric: str, factor: float) -> str:
     value = median(one, metric)
-    shown = f"{factor * value:.3g}" if math.isfinite(value) else LOST
+    shown = number(factor * value) if math.isfinite(value) else LOST
     return f"{shown}\n{share_lost(one)}" if one.lost.value > 0.0 and shown != LOST else shown

@@ -32,12 +32,20 @@ Floats = NDArray[np.float64]
 
 class CellFlights(NamedTuple):
     """The flights of a cell. lost: which did not complete. metrics: by name without unit, NaN where lost. others: the same
-    flights with the gains of other searches.
+    flights with the gains of other searches. same: nothing in them is random, so one stands for all.
     """
 
     lost: NDArray[np.bool_]
     metrics: dict[str, Floats]
     others: tuple["CellFlights", ...] = ()
+    same: bool = False
+
+    def times(self, count: int) -> "CellFlights":
+        """So many flights, where one stands for all."""
+        if not self.same:
+            return self
+        metrics = {name: np.repeat(one, count) for name, one in self.metrics.items()}
+        return CellFlights(np.repeat(self.lost, count), metrics, tuple(one.times(count) for one in self.others))
 
     @property
     def every(self) -> tuple["CellFlights", ...]:
@@ -83,13 +91,18 @@ def flown_of(table: pa.Table, campaign: Campaign) -> CellFlights:
 
 def spread(flown: CellFlights, name: str) -> Spread:
     values, ranked = flown.metrics[name][~flown.lost], [one.ranked(name) for one in flown.every]
-    median, high = (hull([ordered_quantile(one, q) for one in ranked]) for q in (0.5, 0.95))
+    median, high = (hull([certain(one[0]) if flown.same else ordered_quantile(one, q) for one in ranked]) for q in (0.5, 0.95))
     return Spread(float(values.mean()) if len(values) else math.nan, median, high)
 
 
 def losses(flown: CellFlights) -> Estimate:
     """The share lost, with its exact interval."""
-    return hull([share(int(one.lost.sum()), len(one.lost)) for one in flown.every])
+    return hull([certain(one.lost[0]) if flown.same else share(int(one.lost.sum()), len(one.lost)) for one in flown.every])
+
+
+def certain(value: float) -> Estimate:
+    """Of what is the same in every flight."""
+    return Estimate(float(value), float(value), float(value))
 
 
 def hull(estimates: Sequence[Estimate]) -> Estimate:
@@ -163,21 +176,24 @@ def compare(flown: Mapping[str, CellFlights], metric: str) -> Ranked:
 
     Several copies of one flight are one observation, which decides nothing.
     """
+    same, most = all(map(alike, flown.values())), max(len(one.lost) for one in flown.values())
+    flown = {name: one.times(most) for name, one in flown.items()}
     columns = {name: one.ranked(metric) for name, one in flown.items()}
     table = np.stack(list(columns.values()), axis=1)
     ranks = rankdata(table, axis=1).mean(axis=0)
     pairs = tuple(of_searches(one, other, flown[one], flown[other], metric) for one, other in combinations(flown, 2))
     found = Ranked(dict(zip(flown, map(float, ranks), strict=True)), friedman(table), pairs)
-    if not all(map(alike, flown.values())) or all(one.lost.all() for one in flown.values()):
+    if not same or all(one.lost.all() for one in flown.values()):
         return found
     pairs = tuple(pair._replace(p=1.0, p_lost=1.0) for pair in pairs)
     return found._replace(friedman=1.0, pairs=pairs, copies=True)
 
 
 def alike(flown: CellFlights) -> bool:
-    """Whether several flights of a controller do not differ."""
+    """Whether several flights of a controller do not differ, or would not."""
     columns = (flown.lost, *flown.metrics.values())
-    return len(flown.lost) > 1 and all(np.array_equal(one, np.full_like(one, one[0]), equal_nan=True) for one in columns)
+    equal = all(np.array_equal(one, np.full_like(one, one[0]), equal_nan=True) for one in columns)
+    return flown.same or (len(flown.lost) > 1 and equal)
 
 
 def friedman(table: Floats) -> float:

@@ -26,7 +26,7 @@ from quadstep.studies.comparison.answer import SEVERAL, several
 from quadstep.studies.comparison.cells import FIRST, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.jobs import Job
-from quadstep.studies.comparison.picture import MANY, draw_vehicle, spreads
+from quadstep.studies.comparison.picture import MANY, draw_vehicle
 
 PAGE, SUMMARY = "page.html", "results.md"
 
@@ -69,7 +69,7 @@ LOOPS = (
     "smallest margin over all channels. An estimator is left out, together with the fix latency that it compensates. "
     "`quadstep linear` gives details."
 )
-MEDIANS = "{}: median ({}) of {}; a lost flight ranks worse than any other."
+MEDIANS = "{} of {}; a lost flight ranks worse than any other."
 FAILING = "A disturbance is increased until flights fail, that is, are lost or exceed the error limit."
 RAISED = f"{FAILING} The last column is the share of an equal number of other flights that fail at the 50 % point."
 PAIRS = "Number of situations in which the row's {} is significantly better than the column's / undecided / worse."
@@ -87,10 +87,10 @@ def evidence(
     problems = {one.line for one in results.problems}
     uncounted = words.not_counted(results)
     said = [*uncounted, *(one for one in (first, *others) if one not in problems), *results.left_out]
-    metric, many = words.title(results.metrics[results.metric]), len(results.controllers) > MANY
+    metric, many = words.title(results, results.metric), len(results.controllers) > MANY
     vehicles = [one.vehicle for one in results.situations]
     everywhere = {vehicle: " in every situation" if vehicles.count(vehicle) > 1 else "" for vehicle in pictures}
-    spread = f": median, to the {results.high}" if spreads(results) else ""
+    spread = f": median, to the {results.high}" if results.spreads else ""
     better = "The paler" if many else "The farther left"
     whole = f"{metric[0].upper()}{metric[1:]} of every {results.kind}"
     figures = {
@@ -109,8 +109,8 @@ def evidence(
         else markup.paragraph(f"There is no page with flights: {missing}."),
     ]
     for vehicle, figure in figures.items():
-        text = MEDIANS.format(metric, results.high, counted(results.seeds, "flight"))
-        title = f"{vehicle + ': ' if vehicle else ''}{metric}, median ({results.high})"
+        text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"))
+        title = f"{vehicle + ': ' if vehicle else ''}{words.measured(results)}"
         label = vehicle or "Missions"
         sections.append(TableSection(label, identity(label, ()), *tables.matrix(results, vehicle), text, shown=title))
         sections += [] if figure in shown else [figure]
@@ -229,10 +229,10 @@ def markdown(results: Comparison, pictures: Mapping[str, Path]) -> str:
     if results.limitations:
         parts += ["## Limitations", bullets(results.limitations)]
     for vehicle in dict.fromkeys(one.vehicle for one in results.situations):
-        metric = words.title(results.metrics[results.metric])
+        metric = words.title(results, results.metric)
         parts += [
             f"## {vehicle or 'Missions'}",
-            MEDIANS.format(metric, results.high, counted(results.seeds, "flight")),
+            MEDIANS.format(words.measured(results), counted(results.seeds, "flight")),
             f"![{metric} for every situation and controller]({pictures[vehicle].as_posix()}.png)",
             markdown_table(*turned(*tables.matrix(results, vehicle))),
         ]
@@ -240,7 +240,7 @@ def markdown(results: Comparison, pictures: Mapping[str, Path]) -> str:
         parts += ["## Margins", FAILING, markdown_table(results.headed(tables.MARGIN_HEADER), tables.margin_rows(results))]
     rest = others[len(of_all) :]
     parts += [*(["## Situation by situation", bullets(rest)] if rest else []), words.method(results)]
-    if len(results.controllers) > 1:
+    if len(results.controllers) > 1 and not results.copies:
         ranked = [[name, f"{rank:.2f}"] for name, rank in results.overall().items()]
         header = (results.kind, f"over {words.ranked_in(results)}, from 0 (best) to 1")
         parts += ["## Mean ranks", markdown_table(header, ranked)]

@@ -20,6 +20,7 @@ from quadstep.report.progress import SILENT, Progress
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted, listed
+from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.schema import digests
 from quadstep.studies.comparison import cost, robustness
 from quadstep.studies.comparison.cells import FIRST, ComparisonStudy, Situation, StudyCell
@@ -199,6 +200,7 @@ def concluded(
     grades = {(one.subject.situation, one.subject.controller): run.read(one, graded) for one in again}
     grades |= {cell: Graded(FlightGrade.LOST) for cell, one in each(flown).items() if one.middle(about.metric) is None}
     found = about._replace(
+        seeds=max(job.flights for job in flights),
         situations=tuple(flown),
         results=tuple(result(*cell, one, about.metrics, grades.get(cell)) for cell, one in each(flown).items()),
         ranked=ranks(flown, about.metric),
@@ -234,7 +236,7 @@ def fly(
     run: ComparisonRun, cells: Sequence[StudyCell], seeds: int
 ) -> tuple[list[Job[StudyCell]], dict[Situation, dict[str, CellFlights]]]:
     """Fly all cells, and read them back. Raises UserError for a situation that nobody survives."""
-    jobs = [flying(cell, seeds) for cell in cells]
+    jobs = [flying(cell, seeds if is_random(cell.campaign) else 1) for cell in cells]
     run.work("flying", jobs)
     there = [job for job in jobs if not run.out(*job.controller)]
     flown: dict[Situation, dict[str, CellFlights]] = {}
@@ -270,7 +272,7 @@ def read_back(parts: Parts, job: Job[StudyCell]) -> CellFlights:
     with contextlib.suppress(OSError, ValueError, KeyError):
         found = flown_of(pq.read_table(pa.BufferReader(content)), job.subject.campaign)
         if len(found.lost) == job.flights:
-            return found
+            return found._replace(same=not is_random(job.subject.campaign))
     raise changed(parts.folder.path / str(parts.find(job.kind, job.key)))
 
 

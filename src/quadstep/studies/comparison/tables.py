@@ -7,13 +7,13 @@ from pathlib import Path
 import pyarrow as pa
 
 from quadstep.report.publish import booktabs, cell, write_csv
-from quadstep.report.units import counted
+from quadstep.report.units import counted, number
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.comparison.answer import unit_of
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.cost import BOARD
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.words import NOTHING, interval_text, percent, share_lost, title
+from quadstep.studies.comparison.words import NOTHING, interval_text, measured, percent, share_lost, title
 
 Row = dict[str, object]
 
@@ -75,10 +75,10 @@ def write_tables(out: Path, results: Comparison) -> None:
 
 def short(results: Comparison, one: SituationResult) -> str:
     """A cell in few words: median, 95 % quantile, what is lost, and why its median flight is not as asked."""
-    spread, factor = one.spreads[results.metric], unit_of(results.metrics[results.metric]).factor
-    parts = [f"{factor * value:.3g}" if math.isfinite(value) else "lost" for value in (spread.median.value, spread.high.value)]
+    spread, factor = one.spreads[results.metric], unit_of(results, results.metric).factor
+    parts = [number(factor * value) if math.isfinite(value) else "lost" for value in (spread.median.value, spread.high.value)]
     lost = f", {share_lost(one)}" if one.lost.value > 0.0 else ""
-    return ", ".join([f"{parts[0]} ({parts[1]}){lost}", *(one.grade.labels if one.grade else ())])
+    return ", ".join([f"{parts[0]}{f' ({parts[1]})' * results.spreads}{lost}", *(one.grade.labels if one.grade else ())])
 
 
 def matrix(results: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]:
@@ -95,16 +95,16 @@ def matrix(results: Comparison, vehicle: str) -> tuple[list[str], list[list[str]
 
 def full_rows(results: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]:
     """Header and rows: every cell of a vehicle with all its intervals."""
-    names = [f"{what} {title(full)}" for full in results.metrics.values() for what in ("median", "95 %", "mean")]
+    names = [f"{what} {title(results, name)}" for name in results.metrics for what in ("median", "95 %", "mean")]
     rows = []
     for one in results.results:
         if one.situation.vehicle == vehicle:
             rank = results.ranked[one.situation].ranks[one.controller]
             row = [", ".join(filter(None, one.situation[1:])), one.controller, f"{rank:.2f}", percent(one.lost)]
             row.append(", ".join(one.grade.labels or [one.grade.grade]) if one.grade else NOTHING)
-            for name, full in results.metrics.items():
-                spread, factor = one.spreads[name], unit_of(full).factor
-                mean = f"{factor * spread.mean:.3g}" if math.isfinite(spread.mean) else NOTHING
+            for name in results.metrics:
+                spread, factor = one.spreads[name], unit_of(results, name).factor
+                mean = number(factor * spread.mean) if math.isfinite(spread.mean) else NOTHING
                 row += [interval_text(spread.median, factor), interval_text(spread.high, factor), mean]
             rows.append(row)
     return ["situation", results.kind, "rank", "lost", "median flight", *names], rows
@@ -179,12 +179,12 @@ LOOP = (
 
 def latex_tables(results: Comparison) -> str:
     """A table for each vehicle: medians with 95 % quantiles, the smallest median of a situation in bold, and margins."""
-    metric, tables = title(results.metrics[results.metric]), []
+    tables = []
     for vehicle in dict.fromkeys(one.vehicle for one in results.situations):
         header, rows = matrix(results, vehicle)
         there = [one for one in results.situations if one.vehicle == vehicle]
         bold = [(0, i, header.index(name)) for i, situation in enumerate(there) for name in best(results, situation)]
-        text = f"{results.name}: median ({results.high}) of {metric}, {counted(results.seeds, 'flight')} per cell"
+        text = f"{results.name}: {measured(results)}, {counted(results.seeds, 'flight')} per cell"
         loops = [[name, *(loop_cell(results, vehicle, one, value) for one in header[1:])] for name, value in LOOP]
         comments = [text, *([vehicle] if vehicle else []), "margins: the least over all channels, at rest"]
         tables.append(booktabs(header, [rows, loops], comments, bold))

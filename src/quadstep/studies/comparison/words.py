@@ -7,7 +7,7 @@ from quadstep.linear.grade import WORST_FIRST
 from quadstep.metrics.registry import at_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import FlightGrade
-from quadstep.report.units import counted, listed, metric, prose
+from quadstep.report.units import counted, listed, metric, number, prose, unit_suffix
 from quadstep.studies.comparison.answer import SEVERAL, answer, leading, negligible, several, tied, unit_of
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
@@ -15,6 +15,9 @@ from quadstep.studies.comparison.ranking import ALPHA, Ranked, by_chance, fewest
 from quadstep.studies.tuning.objective import NEGLIGIBLE
 
 LOST, NOTHING = "lost", "-"
+
+ALIKE, ONCE = "all identical, so nothing is statistical", "since nothing is random and more would be identical"
+"""Of flights that do not differ: many, and one that stands for all."""
 
 SAME_FLIGHTS = {
     "controller": "All controllers fly the same flights in a situation: the same path and draws, and the same wind and noise "
@@ -30,7 +33,7 @@ METHOD = (
 
 def method(results: Comparison) -> str:
     """What is the same for all, and the tests where anything is random."""
-    same = SAME_FLIGHTS[results.kind]
+    same = SAME_FLIGHTS[results.kind] if results.seeds > 1 else f"All {results.kind}s fly the same path."
     return same if results.copies else " ".join(filter(None, (METHOD.format(same), searches(results))))
 
 
@@ -39,10 +42,16 @@ def situation_caption(situation: Situation) -> str:
     return prose(", ".join(filter(None, situation[1:]))) or "missions"
 
 
-def title(full: str) -> str:
-    """A metric with the unit it is shown in."""
-    name, unit = full.partition("[")[0].replace("_", " ").replace("rmse", "RMSE"), unit_of(full).name
-    return f"{name} [{unit}]" if unit else name
+def title(results: Comparison, name: str) -> str:
+    """A metric, by its name without unit, with the unit it is shown in."""
+    words, unit = metric(name)[0], unit_of(results, name).name
+    return f"{words} [{unit}]" if unit != "-" else words
+
+
+def measured(results: Comparison) -> str:
+    """What a table of situations and controllers has of each."""
+    what = title(results, results.metric)
+    return f"{what}, median ({results.high})" if results.spreads else what
 
 
 def interval_text(estimate: Estimate, factor: float = 1.0) -> str:
@@ -50,11 +59,13 @@ def interval_text(estimate: Estimate, factor: float = 1.0) -> str:
     value, low, high = (one * factor for one in estimate)
     if not math.isfinite(value):
         return LOST if value > 0.0 else NOTHING
-    return f"{value:.3g} [{end(low)}, {end(high)}]"
+    if low == value == high:
+        return number(value)
+    return f"{number(value)} [{end(low)}, {end(high)}]"
 
 
 def end(value: float) -> str:
-    return f"{value:.3g}" if math.isfinite(value) else LOST if value > 0.0 else NOTHING
+    return number(value) if math.isfinite(value) else LOST if value > 0.0 else NOTHING
 
 
 def percent(estimate: Estimate) -> str:
@@ -130,7 +141,7 @@ def of_all(results: Comparison) -> list[str]:
         lines.append(f"{leads} the best mean rank{some}, {rank}{loses}{fall_short(flown, results.metric, whose)}.")
     lines += [] if others else with_grade(results, first)
     everywhere = " in every situation" if results.kind == "controller" else ""
-    alike = ", all alike, so nothing is statistical" if results.copies else ""
+    alike = f", {ALIKE if results.seeds > 1 else ONCE}" if results.copies else ""
     lines.append(
         f"{counted(len(results.controllers), results.kind)}, {counted(results.seeds, 'flight')} each{everywhere}{alike}."
     )
@@ -203,23 +214,24 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     middle, share, grade = results[best].spreads[found.metric].median, results[best].lost.value, results[best].grade
     full, few = found.metrics[found.metric], math.isnan(middle.low) and not ranked.copies
     equal = tied(found, situation, best)
-    has, its, whose = ("has", "its", "its") if len(equal) == 1 else ("share", "their", f"{best}'s")
-    unit = unit_of(full)
-    value = f"{unit.factor * middle.value:.3g}" if few or ranked.copies else interval_text(middle, unit.factor)
+    has, whose = ("has", "its") if len(equal) == 1 else ("share", f"{best}'s")
+    unit = unit_of(found, found.metric)
+    suffix = unit_suffix(unit.name).replace("\N{NO-BREAK SPACE}", " ")
+    value = number(unit.factor * middle.value) if few or ranked.copies else interval_text(middle, unit.factor)
     if alone:
         low, high = (end(unit.factor * one) for one in middle[1:])
-        known = [f"The 95 % interval of {best}'s median is {low} to {high} {unit.name}".rstrip()] * (not ranked.copies)
+        known = [f"The 95 % interval of {best}'s median is {low} to {high}{suffix}"] * (not ranked.copies)
         known = [f"{counted(found.seeds, 'flight')} are too few for an interval of the median"] if few else known
         known += [f"In {best}'s median flight, {listed(grade.reasons)}"] if grade and grade.reasons else []
         return " ".join(
             [*(f"{one}." for one in known), losses if sum(one.lost.value > 0.0 for one in results.values()) > 2 else ""]
         ).strip()
     loses = f", though {best if equal[1:] else 'it'} loses {end_percent(100.0 * share)} % of its flights," if share else ""
-    text = f"{where}{several(equal)}{loses} {has} the smallest median {metric(full)[0]}, {value} {unit.name}"
+    text = f"{where}{several(equal)}{loses} {has} the smallest median {metric(full)[0]}, {value}{suffix}"
     text += f" ({counted(found.seeds, 'flight')} are too few for an interval)" if few else ""
     text += f", but in {whose} median flight, {listed(grade.reasons)}" if grade and grade.reasons else ""
     if ranked.copies:
-        text += f"; {its} {found.seeds} flights do not differ, so nothing is statistical"
+        text += f"; {counted(results[best].flights, 'flight')} each, {ALIKE if results[best].flights > 1 else ONCE}"
     others: dict[str, list[str]] = {"significantly better": [], "not significantly better": [], "flight by flight worse": []}
     for pair in ranked.pairs:
         other = pair.second if pair.first == best else pair.first
