@@ -50,7 +50,7 @@ def test_the_grid_of_flights_is_the_one_of_the_page():
         return [cell.rmse for cell in cells if cell.law == law and cell.scale in scales and cell.rmse is not None]
 
     assert (len(flying(COMPLETED, 0.0, 1.0)), len(flying(PAPER, 0.0, 1.0))) == (144, 97)
-    said("At scale 0 and 1 the completed law flies all 144; the paper's 97.")
+    said("At scales 0 and 1 the completed law completes all 144 flights, the paper's law 97.")
     slow = [c for c in cells if c.slope <= 3.0 and c.nets and c.scale < 5.0]
     assert [sum(c.rmse is not None for c in slow if c.law == law) for law in (PAPER, COMPLETED)] == [1, 36]
     said("completes 1 of 36 such flights, the completed law all")
