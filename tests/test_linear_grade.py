@@ -51,7 +51,8 @@ def test_gains_that_are_defaults_for_the_latency_are_said_to_be():
     late = {"sensors": {"latency": 0.02}}
     (said,) = for_latency(hover(**late))
     assert (
-        said == "Gains that the mission leaves out are defaults for the latency of its sensors: another may mean other gains."
+        said
+        == "Gains that the mission leaves out are defaults chosen for its latency; with another latency they would differ."
     )
     assert not for_latency(hover())
     assert not for_latency(hover({"type": "lqr", **QUICK["lqr"]}, **late))

@@ -8,6 +8,7 @@ import pytest
 
 from quadstep import read_mission
 from quadstep.engines.fly import fingerprint
+from quadstep.metrics.registry import NO_REST
 from quadstep.mission.read import plan_mission
 from quadstep.studies.tuning import run
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer
@@ -60,19 +61,24 @@ def test_what_it_writes_and_says(tmp_path):
     assert min(float(row["objective"]) for row in rows) == metrics(out)["unseen"]["rows"][0]["tuned"]["value"]
 
 
+REST = " the loop with the tuned gains"
+
+
 @pytest.mark.parametrize(("present", "tuned", "said"), [
-    ("sound", "fragile", "is fragile; with the present gains it is sound."),
-    ("fragile", "unstable", "is unstable; with the present gains it is fragile."),
-    ("unstable", "unstable", "is unstable; with the present gains it is unstable."),
-    (None, "unstable", "is unstable; with the present gains it is not linearised."),
-    ("sound", None, "is not linearised (ask `quadstep linear`); with the present gains it is sound."),
+    ("sound", "fragile", f"at rest{REST} is fragile"),
+    ("fragile", "unstable", f"at rest{REST} is unstable"),
+    ("unstable", "unstable", f"at rest{REST} is unstable"),
+    ("not linearised", "unstable", f"at rest{REST} is unstable"),
+    ("sound", None, f"at rest{REST} is not linearised: ask `quadstep linear`"),
+    ("sound", NO_REST, f"no rest was found for{REST}"),
     ("fragile", "fragile", ""),
     ("fragile", "sound", ""),
     (None, None, ""),
 ])  # fmt: skip
 def test_gains_whose_loop_is_worse_say_so_first(present, tuned, said):
     words = caution(*({"grade": one} if one else {} for one in (present, tuned)))
-    assert words == (f"Before you fly them: at rest the loop with the tuned gains {said}" if said else "")
+    now = f"At rest the loop with the present gains is {present}."
+    assert words == (f"Before you fly them: {said}. {now}" if said else "")
 
 
 def test_a_gain_near_the_end_of_its_range_is_named(tmp_path, monkeypatch):
@@ -83,18 +89,19 @@ def test_a_gain_near_the_end_of_its_range_is_named(tmp_path, monkeypatch):
     assert "controller.Lambda1 is near its upper bound; a wider range may give more." in done.out
     assert "near its upper bound" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     rest = "at rest the loop with the tuned gains is unstable"
-    said = f"Before you fly them: {rest} (it grows); with the present gains it is sound."
+    said = f"Before you fly them: {rest}: it grows. At rest the loop with the present gains is sound."
     assert done.out.lower().count(rest) == 1, "not again below"
     assert done.out.replace("\n", " ").startswith(said)
     assert (tmp_path / "out" / "tuned.toml").read_text().startswith(f"# {said}\n")
-    assert f"{said}</p><p>The tuned gains" in (tmp_path / "out" / "report.html").read_text()
+    report = re.sub("</p><p>", " ", (tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
+    assert f'<p class="answer">{said} The tuned gains' in report
 
 
 def test_gains_that_keep_no_constraint_are_not_praised_first(tmp_path):
     done = tune(
         written(tmp_path, QUICK.replace("constraints = {}", "constraints = { position_rmse = 1e-9 }")), tmp_path / "out"
     )
-    said = "The best gains found do not keep every constraint: position RMSE by "
+    said = "The best gains found do not keep every constraint: position RMSE misses its limit by "
     assert done.out.startswith(said)
     assert f'<p class="answer">{said}' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
@@ -320,7 +327,7 @@ def test_bad_input_is_one_line(tmp_path, case):
 def test_a_budget_that_is_too_small(tmp_path, budget):
     done = tune(written(tmp_path, QUICK), tmp_path / "out", budget)
     assert done.refused
-    assert "at least 19" in done.err
+    assert f"--budget: at least 19 flights are needed, not {budget}: 1 with the present gains" in done.err
     assert "16 for one generation of 16 candidates" in done.err
     assert tune(written(tmp_path, QUICK), tmp_path / "out", 19).code == 0
 

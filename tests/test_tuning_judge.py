@@ -212,3 +212,36 @@ def test_a_change_that_is_only_rounding_is_zero_and_one_that_no_digit_shows_is_n
     assert " rises from 1.00 m to 1.02 m." in move(
         Row("position_rmse[m]", before, Estimate(1.02, 1.0, 1.1), change), alone=True
     )
+
+
+def test_a_change_is_one_of_the_same_flights():
+    """Search: what the answer says of random flights, some lost, holds for them; a fall is never by more than everything."""
+    random, said = np.random.default_rng(3), 0
+    for _ in range(400):
+        count = int(random.integers(4, 24))
+        hard = random.random(count) < 0.5
+        before = np.where(hard, 10.0, 0.1) * random.uniform(0.8, 1.2, count)
+        after = before * random.uniform(0.05, 1.2) * random.uniform(0.9, 1.1, count)
+        one, other = (np.where(random.random(count) < risk, 5.0, 10.0) for risk in random.uniform(0.0, 0.4, 2))
+        by = judge(aggregate=str(random.choice(["mean", "p95", "worst"])))
+        found = compare(by, flown(before, ended=one), flown(after, ended=other))
+        words = answer(found).replace("\N{NO-BREAK SPACE}", " ")
+        through = (one == 10.0) & (other == 10.0)
+        for sign, share in re.findall(r"objective (falls|rises) by ([\d.]+)", words):
+            said += 1
+            assert sign == "rises" or float(share) <= 100.0
+        for sign, low, high in re.findall(r"position RMSE (falls|rises) from ([\d.]+ m?m) to ([\d.]+ m?m)", words):
+            means = [values[ended == 10.0].mean() for values, ended in ((before, one), (after, other))]
+            told = [float(text.split()[0]) * (1e-3 if text.endswith("mm") else 1.0) for text in (low, high)]
+            assert told == pytest.approx(means, rel=1e-2)
+            assert (sign == "falls") == (told[1] < told[0]) == bool((after - before)[through].mean() < 0.0)
+            said += 1
+    assert said > 200
+
+
+@pytest.mark.parametrize("aggregate", ["mean", "p95", "worst"])
+def test_an_objective_falls_by_a_share_of_that_of_the_flights_completed_with_both(aggregate):
+    before, ended = np.array([0.1] * 7 + [10.0] * 3), np.array([10.0] * 10)
+    lost = np.where(np.arange(10) < 4, 5.0, 10.0)
+    found = compare(judge(aggregate=aggregate), flown(before, ended=ended), flown(0.1 * before, ended=lost))
+    assert found.change.value == pytest.approx(-0.9)

@@ -188,7 +188,7 @@ def for_latency(mission: Mission) -> list[str]:
     names = [attrgetter(name) for name, _ in controller.controller.by_key().values()]
     if [flatten(of(used)) for of in names] == [flatten(of(other)) for of in names]:
         return []
-    return ["Gains that the mission leaves out are defaults for the latency of its sensors: another may mean other gains."]
+    return ["Gains that the mission leaves out are defaults chosen for its latency; with another latency they would differ."]
 
 
 def with_limit(fact: markup.Fact, analysis: Analysis) -> markup.Fact:

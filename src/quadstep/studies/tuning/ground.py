@@ -155,6 +155,10 @@ def sound(mission: Mission) -> dict[str, Constraint]:
     return {name: Constraint(least=value) for name, value in least.items() if value > 0.0}
 
 
+ROUNDING = 1e-9
+"""Share by which the margins of the same loop may differ where it was built otherwise."""
+
+
 def required_margins(mission: Mission) -> dict[str, Constraint]:
     """The margins that better gains leave where nothing else is asked for: those of a sound loop, or the present ones where
     these are smaller; none of a loop that is unstable or cannot be linearised.
@@ -164,7 +168,7 @@ def required_margins(mission: Mission) -> dict[str, Constraint]:
         now = margin_metrics(mission, wanted)
     except UserError:
         return {}
-    least = {name: min(now[name], one.least or 0.0) for name, one in wanted.items()}
+    least = {name: min(now[name] * (1.0 - ROUNDING), one.least or 0.0) for name, one in wanted.items()}
     return {name: Constraint(least=value) for name, value in least.items() if value > 0.0}
 
 

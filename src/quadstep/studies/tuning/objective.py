@@ -160,6 +160,7 @@ class Compared(NamedTuple):
     """success: share of flights that completed and kept the constraints of flights. objective, rows: of it, and of metrics.
     limits: of margins, by their names with units. missed: constraints that the tuned gains miss, in words. kept: the share of
     all flights that keep each constraint of flights, by its words: with both gains, their difference, and what is asked.
+    change: of the objective, as a share of what the present gains have on the same flights, those completed with both.
     """
 
     flights: int
@@ -172,6 +173,7 @@ class Compared(NamedTuple):
     limits: Mapping[str, Constraint]
     missed: list[str]
     kept: Mapping[str, tuple[Estimate, Estimate, Estimate, float]]
+    change: Estimate | None = None
 
 
 BETTER = "The tuned gains are better{where}."
@@ -211,7 +213,13 @@ def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, ch
                 f"{what} in {units.percent(*found[1])} of {count} unseen flights, {units.percent(limit.share)} asked"
             )
     said = (FLY_BETTER if better and missed else verdict).format(where=where)
-    return Compared(count, (shares[0], shares[1]), success, objective, reported, said, better, limits, missed, kept)
+    base = aggregated(kind, costs[0][both])
+    change = (
+        Estimate(*(part / base.value for part in objective.difference))
+        if base and base.value and objective.difference
+        else None
+    )
+    return Compared(count, (shares[0], shares[1]), success, objective, reported, said, better, limits, missed, kept, change)
 
 
 def shares_of(before: NDArray[np.bool_], after: NDArray[np.bool_]) -> tuple[Estimate, Estimate, Estimate]:

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from quadstep.linear.grade import UNKNOWN, UNSTABLE, WORST_FIRST
+from quadstep.metrics.registry import at_rest, at_rest_sentences
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import Case
 from quadstep.mission.fields import label
@@ -41,7 +42,7 @@ def evidence(
     alone = "Nothing is random in this mission, so there is one flight with each set of gains."
     search = (
         f"Objective ({AGGREGATES[request.section.aggregate]} over the flights used for tuning): {units.number(before)} "
-        f"before, {units.number(after)} after {result.history[-1].flights} flights. history.csv lists every candidate."
+        f"before, {units.number(after)} after {result.history[-1].flights} flights."
     )
     missed = any(not one.judged.feasible and math.isfinite(one.judged.objective) for one in result.history)
     return Evidence(
@@ -60,6 +61,7 @@ def evidence(
             )
         ],
         sections=[
+            markup.links([("tuned.toml", "the mission with the tuned gains"), ("history.csv", "every candidate")]),
             TableSection("The gains", "gains", ("gain", *HEADER[1:3], ""), gains, set_as=units.rich),
             TableSection(
                 "On unseen flights" if many else "Both flights",
@@ -83,9 +85,11 @@ def caution(present: Mapping[str, str], tuned: Mapping[str, str]) -> str:
     before, after = (one.get("grade", UNKNOWN) for one in (present, tuned))
     if after != UNSTABLE and WORST_FIRST.index(after) >= WORST_FIRST.index(before):
         return ""
-    why = "ask `quadstep linear`" if after == UNKNOWN else tuned.get("why", "")
-    said = f"{after} ({why})" if why else after
-    return f"Before you fly them: at rest the loop with the tuned gains is {said}; with the present gains it is {before}."
+    why = {"why": "ask `quadstep linear`"} if after == UNKNOWN else {}
+    said = at_rest({"grade": after, **tuned, **why}, "the loop with the tuned gains")
+    return " ".join(
+        [f"Before you fly them: {said}.", *at_rest_sentences({"grade": before}, "the loop with the present gains")]
+    )
 
 
 def broken(request: TuningRequest, result: SearchResult, compared: Compared) -> str:
@@ -97,10 +101,14 @@ def broken(request: TuningRequest, result: SearchResult, compared: Compared) -> 
         return f"Even with the best gains found, {best.judged.lost} of {request.seeds} flights are lost in tuning."
     missed, excess = list(compared.missed), (best.tried.whole or best.tried.trial).violation
     if excess > 0.0:
-        names = [name.replace("_", " ").replace("rmse", "RMSE") for name in request.section.of_flights]
-        summed = f"by {units.percent(excess)} of {'the limit' if len(names) == 1 else 'their limits, summed'}"
+        names = [units.metric(name)[0] for name in request.section.of_flights]
+        beyond = (
+            f"misses its limit by {units.percent(excess)}"
+            if len(names) == 1
+            else f"miss their limits by {units.percent(excess)} in all"
+        )
         where = f" in the {request.seeds} flights used for tuning" if compared.flights > 1 else ""
-        missed.append(f"{' or '.join(names)} {summed}{where}")
+        missed.append(f"{units.listed(names)} {beyond}{where}")
     said = f"The best gains found do not keep every constraint: {'; '.join(missed)}."
     return said.replace("\N{NO-BREAK SPACE}", " ")
 
@@ -139,7 +147,6 @@ def with_limit(row: Row, limit: Constraint) -> list[str]:
 
 def answer(compared: Compared) -> str:
     """The verdict, by how much, and what share succeeds where some do not."""
-    before, difference = compared.objective.present, compared.objective.difference
     present, tuned = compared.success
     errors = compared.rows[:2] if compared.better else []  # whatever the objective
     moves = "".join(move(one, compared.flights == 1) for one in errors)
@@ -148,8 +155,8 @@ def answer(compared: Compared) -> str:
         shares = (units.percent(*(one if compared.flights > 1 else one[:1])) for one in (present, tuned))
         return with_number(compared, f"success {moved} from {' to '.join(shares)}.") + moves
     said = compared.verdict
-    if compared.verdict != UNCHANGED and before and difference and before.value:
-        value, *ends = (part / before.value for part in difference)
+    if compared.verdict != UNCHANGED and compared.change:
+        value, *ends = compared.change
         low, high = sorted(map(abs, ends)) if ends[0] * ends[1] > 0.0 and ends[1] - ends[0] > 1e-9 else (math.nan, math.nan)
         by = units.percent(abs(value), low, high)
         said = with_number(compared, f"the objective {'falls' if value < 0.0 else 'rises'} by {by}.")
@@ -196,9 +203,8 @@ def facts(compared: Compared) -> list[markup.Fact]:
         many = compared.flights > 1
         more = f"95 % interval: {units.percent(one.low)} to {units.percent(one.high)}" if many else ""
         found.append(markup.Fact(name, units.percent(one.value), more))
-    before, difference = compared.objective.present, compared.objective.difference
-    if before and difference and before.value:
-        low, value, high = (100.0 * part / before.value for part in (difference.low, difference.value, difference.high))
+    if compared.change:
+        value, low, high = (100.0 * part for part in compared.change)
         more = f"95 % interval: {low:+.3g} to {high:+.3g} %".replace("-", "−") if math.isfinite(low) else ""
         found.append(markup.Fact("objective, tuned - present", f"{value:+.3g} %".replace("-", "−"), more))
     return found
