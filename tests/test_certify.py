@@ -19,7 +19,8 @@ from quadstep.numbers import Vector, vector, where
 from quadstep.proofs.certify.certificate import certify_plan, check_path, error_radius, weight_radius
 from quadstep.proofs.certify.history import fit_all, recall, residual_bound, targets, weight_bound
 from quadstep.proofs.certify.lyapunov import conditions, matrices
-from quadstep.proofs.certify.output import answer, kind, record, verdict
+from quadstep.proofs.certify.output import record
+from quadstep.proofs.certify.standing import answer, contradicting, culprit, decision, kind, of_ball, standing
 from quadstep.proofs.plain import dot, lengths
 from quadstep.vehicle.paper import acceleration, derivative, disturb
 from quadstep.world.paths import MinimumJerk
@@ -205,8 +206,10 @@ def test_a_flight_that_starts_outside_b_r_and_falls_there_is_sign_consistent():
     assert kind(c) == "sign consistent"
     assert c.outside.sum() > 0
     assert c.entered > 0
-    assert verdict(c).startswith(f"sign consistent: the conditions hold (K_r1 - m Lambda1 >= {c.conditions.k_1:.4g}")
-    assert f"L_dot < 0 on {c.outside.sum()} of the {c.outside.sum()} samples outside b_r; L rose in 0 of" in verdict(c)
+    assert answer(c).startswith(
+        "This flight agrees with Theorem 5.1: its conditions hold, and L fell at every sample where it"
+    )
+    assert decision(c) == ("agrees", "L_dot < 0", f"at all {c.outside.sum()} samples outside b_r")
 
 
 def test_a_flight_that_enters_the_ball_and_leaves_it_again_is_told_so():
@@ -219,7 +222,7 @@ def test_a_flight_that_enters_the_ball_and_leaves_it_again_is_told_so():
         f"entered b_r = {c.b_r:.4g} at {c.history.t[first + 1]:.4g} s, left it again at {c.history.t[again[0] + 1]:.4g} s",
         "was last outside at",
     ):
-        assert needed in verdict(c)
+        assert needed in of_ball(c)
 
 
 def test_an_error_that_leaps_over_the_ball_within_a_control_period_is_no_agreement():
@@ -228,7 +231,7 @@ def test_an_error_that_leaps_over_the_ball_within_a_control_period_is_no_agreeme
     assert (c.lyapunov.rate[c.outside] < 0.0).all()
     assert kind(c) == "rising between samples"
     assert "neither confirms nor refutes" in answer(c)
-    assert re.search(r"L rose in \d+ of the 30 periods", verdict(c))
+    assert re.search(r"L rose in \d+ of the 30 periods", answer(c))
 
 
 def test_rising_outside_b_r_is_said_with_its_share():
@@ -239,16 +242,42 @@ def test_rising_outside_b_r_is_said_with_its_share():
     unknown = c._replace(lyapunov=c.lyapunov._replace(rate=rate * np.nan))
     assert kind(unknown) == "contradicted"  # a rate that is no number agrees with nothing
     count = c.outside.sum()
-    assert f"L_dot < 0 on {count // 2} of the {count} samples outside b_r" in verdict(c)
+    assert f"At {count - count // 2} of the {count} samples outside the ball b_r, L_dot was not negative" in answer(c)
 
 
 def test_the_other_verdicts_have_their_numbers():
     c = rich()
     assert kind(c) == "untested"
-    assert f"{c.r.max():.4g} <= {c.b_r:.4g}" in verdict(c)
+    assert f"{c.r.max():.4g} <= {c.b_r:.4g}" in of_ball(c)
+    assert decision(c)[:2] == ("not tested", "|r| <= b_r")
     broken = c._replace(conditions=level(K_r2=75.0))
-    assert verdict(broken).startswith("conditions broken: K_r2 - J_M max(Lambda2) = 0 N m s in psi with J_M = 5, not above 0")
-    assert verdict(c._replace(outcome=Outcome.SPINNING, ended=3.5)).startswith("lost: the flight ended at 3.5 s")
+    assert kind(broken) == "conditions broken"
+    assert "What fails: K_r2 - J_M max(Lambda2) = 0 N m s in psi with J_M = 5, not above 0;" in answer(broken)
+    assert decision(broken) == ("not tested", "K_r2 - J_M max(Lambda2)", "0 N m s in psi with J_M = 5, not above 0")
+    lost = answer(c._replace(outcome=Outcome.SPINNING, ended=3.5))
+    assert lost.startswith("The flight was lost at 3.5 s although the printed conditions of Theorem 5.1 hold. In the first")
+    assert "neither confirms nor refutes" in lost
+    assert "To test it" not in lost  # which flies as it should not, whatever it is told
+
+
+def test_a_flight_whose_coupling_raises_l_outside_the_ball_contradicts_the_theorem_as_printed():
+    """Found by a random search: the printed conditions hold, and the condition that the theorem omits does not."""
+    law = {"K_r1": 333.0, "Lambda1": 0.74, "K_r2": 7.0, "Lambda2": 0.544}
+    c = certify_plan(still(law, start={"attitude": [0.04, 0.075, -0.256], "position": [0.002, 0.03, -0.024]}))
+    assert c.conditions.printed_hold
+    assert not c.conditions.coupling_holds
+    assert (kind(c), standing(c)) == ("lost", "contradicted")
+    at = contradicting(c)
+    assert np.all(c.r[at] > c.b_r_printed)
+    assert np.all((c.lyapunov.rate - c.lyapunov.coupling)[at] < 0.0)
+    assert culprit(c) == "coupling"
+    assert decision(c) == ("contradicted", "coupling", f"at {at.sum()} of {c.outside.sum()} samples outside b_r")
+    assert "contradicts Theorem 5.1: its printed conditions hold" in answer(c)
+    within = c._replace(b_r_printed=float(c.r.max()))
+    assert standing(within) == "conditions broken"  # as printed, nothing is promised there
+    unmet = c._replace(conditions=c.conditions._replace(printed_anywhere=(-1.0, 1.0, 1.0)))
+    assert standing(unmet) == "conditions broken"
+    assert "although" not in answer(unmet)
 
 
 def test_without_nets_the_weights_are_zero_and_eps_is_the_target():

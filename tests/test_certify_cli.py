@@ -1,5 +1,6 @@
 """`quadstep certify`: its files, its output, its exit codes, and what it refuses."""
 
+import re
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -9,8 +10,9 @@ import pytest
 from quadstep.io import errors
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import certify_plan
-from quadstep.proofs.certify.output import TERMS, answer, raised, record, seen, tables, work
+from quadstep.proofs.certify.output import record, tables
 from quadstep.proofs.certify.run import facts, figures_of
+from quadstep.proofs.certify.standing import TERMS, answer, raised, seen, work
 from quadstep.report.drawing import FigureJob
 from tests.commands import LINE, quadstep, strict_json, write
 
@@ -43,11 +45,13 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     found, about = (strict_json(tmp_path / "out" / name) for name in ("certificate.json", "metrics.json"))
     assert "\nThis flight neither confirms nor refutes Theorem 5.1" in run.out
     assert "To test it, hover with an initial yaw error, a large K_r1, no nets and no disturbance." in run.out
-    assert f"In numbers: {found['verdict']}.\n" in run.out
+    assert found["verdict"].removeprefix("untested: ") in run.out
     assert about["verdict"] == found["verdict"]
     assert found["kind"] == about["kind"] == "untested"
     assert set(found["lyapunov"]["work[J]"]) == set(TERMS)
-    assert f"{found['bounds']['b_r']:.4g}" in found["verdict"]
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "<dd>not tested</dd>" in page
+    assert f"b<sub>r</sub> = {found['bounds']['b_r']:.4g}</small>" in page
     assert found["samples"] == 501
     for needed in ("J_M, largest eigenvalue", "largest |r|", "b_w", "coupling", "at the start"):
         assert needed in run.out
@@ -64,7 +68,11 @@ def test_a_diverging_flight_ends_with_3_and_keeps_its_certificate(tmp_path, undr
     assert not conditions["coupling_holds"]
     assert min(conditions["printed: K_r2 - J_M Lambda2 [N m s]"]["anywhere"]) == pytest.approx(1.0)
     assert found["looked_at_until[s]"] < found["ended[s]"] < 10.0
-    assert "the printed conditions hold" in run.out
+    assert "although the printed conditions of Theorem 5.1 hold" in run.out
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert page.count('class="holds"') == 4
+    (failed,) = re.findall(r"<tr><td>([^<]*)</td>(?:(?!</tr>).)*class=\"fails\"", page)
+    assert failed.startswith("coupling condition")
 
 
 def test_the_diverging_example_has_no_disturbance_and_no_warning(tmp_path):
@@ -78,7 +86,7 @@ def test_the_diverging_example_has_no_disturbance_and_no_warning(tmp_path):
 def test_broken_conditions_are_a_certificate_too(tmp_path, undrawn):
     run = quadstep("certify", write(tmp_path, BACKSTEPPING + "K_r2 = 70.0\n"), "--out", tmp_path / "out")
     assert run.code == 0
-    assert "conditions broken: K_r2 - J_M max(Lambda2) = -" in run.out
+    assert "What fails: K_r2 - J_M max(Lambda2) = -" in run.out
     assert strict_json(tmp_path / "out" / "certificate.json")["bounds"]["b_r"] is None
 
 
@@ -151,13 +159,15 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     whole = sum(done[key] for key in RAISED.values())
     assert shares == pytest.approx({said: done[key] / whole for said, key in RAISED.items()})
     assert f"Of what raised L, eps (which even ideal weights {SHARES[name]}" in answer(found)
-    assert ("Further conditions of the proof do not hold: coupling condition" in answer(found)) == lost
+    assert ("What fails: coupling condition" in answer(found)) == lost
     cut = (
         f"The certificate ends at {found.until:.3g} s: from then on the law commands a thrust straight down, where phi_d jumps"
     )
     assert (cut in answer(found)) == lost
     assert all(len(row) == 2 for row in tables(found)[2])
-    assert facts(found)[0].value == ("flight lost" if lost else "untested")
+    assert [one.value for one in facts(found)] == (
+        ["not tested", "coupling condition", "eps", "lost"] if lost else ["not tested", "|r| <= b_r", "eps", "completed"]
+    )
 
 
 def test_the_terms_and_what_sampling_adds_are_the_change_of_l_and_sampling_adds_less_at_a_shorter_period():

@@ -82,7 +82,7 @@ SAID = {
     "fly": "rotors saturated [% of time]",
     "vehicles": "research-2.6kg",
     "vehicle": "rotor.torque_coefficient",
-    "certify": "In numbers: ",
+    "certify": "Theorem 5.1",
     "verify": "vehicle.paper:rotor_map",
     "page": "Page: out/mission.html",
     "explain": "Article: out/article.html",

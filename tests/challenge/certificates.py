@@ -12,7 +12,7 @@ from quadstep.io.documents import parse_toml
 from quadstep.io.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.proofs.certify.certificate import certify_plan
-from quadstep.proofs.certify.output import kind
+from quadstep.proofs.certify.standing import kind
 from quadstep.proofs.prove.certificate_file import read_unknown
 from quadstep.proofs.prove.report import VerdictKind
 from quadstep.proofs.prove.run import check

@@ -1,150 +1,15 @@
-"""A certificate as JSON and as a table for the screen."""
+"""A certificate as JSON and as tables."""
 
 from typing import Any
 
 import numpy as np
 
-from quadstep.interfaces.closed_loop import Outcome
 from quadstep.metrics.reductions import rmse
 from quadstep.metrics.statistics import finite
 from quadstep.proofs.certify.certificate import FlightCertificate
-from quadstep.proofs.plain import Array, Mask, lengths
-from quadstep.report import units
-
-
-def kind(c: FlightCertificate) -> str:
-    """lost, conditions broken, untested, sign consistent, rising between samples or contradicted."""
-    if c.outcome is not Outcome.COMPLETED:
-        return "lost"
-    if c.conditions.broken():
-        return "conditions broken"
-    if not c.outside.any():
-        return "untested"
-    if not (c.lyapunov.rate[c.outside] < 0.0).all():
-        return "contradicted"
-    return "sign consistent" if (periods_outside(c) < 0.0).all() else "rising between samples"
-
-
-def periods_outside(c: FlightCertificate) -> Array:
-    """(L_next - L) / period of the control periods that begin and end outside b_r [W]."""
-    return c.lyapunov.differenced[c.outside[:-1] & c.outside[1:]]
-
-
-def of_ball(c: FlightCertificate) -> str:
-    """What |r| did about the ball b_r."""
-    time, most = c.history.t, c.r.max()
-    if c.b_r is None:
-        return f"|r| reached {most:.4g}, and there is no ball b_r"
-    if not c.outside.any():
-        return f"|r| never left b_r: {most:.4g} <= {c.b_r:.4g}"
-    if c.entered is None:
-        return f"|r| never entered b_r = {c.b_r:.4g}"
-    came = f"|r| entered b_r = {c.b_r:.4g} at {time[c.entered]:.4g} s"
-    left = np.flatnonzero(c.outside & (np.arange(len(c.r)) > c.entered))
-    most = c.r[c.entered :].max()
-    if not len(left):
-        return f"{came} and stayed, <= {most:.4g}"
-    last = f"was last outside at {time[left[-1]]:.4g} s" if left[-1] < len(c.r) - 1 else "ended outside"
-    return f"{came}, left it again at {time[left[0]]:.4g} s up to {most:.4g} and {last}"
-
-
-ANSWERS = {
-    "conditions broken": "This flight breaks conditions that the proof of Theorem 5.1 needs, so it says nothing of it",
-    "untested": "This flight neither confirms nor refutes Theorem 5.1: its conditions hold, and the error never left the ball "
-    "outside which L should fall. To test it, hover with an initial yaw error, a large K_r1, no nets and no disturbance",
-    "sign consistent": "This flight agrees with Theorem 5.1: its conditions hold, and L fell at every sample where it should",
-    "rising between samples": "This flight neither confirms nor refutes Theorem 5.1: its conditions hold, and L_dot is "
-    "negative wherever it should be, but a command is held for a control period, in which the error can leap over the ball",
-    "contradicted": "This flight contradicts the proof of Theorem 5.1: its conditions hold, yet L rose where it should fall",
-}
-"""What a verdict means, by its kind."""
-
-
-def answer(c: FlightCertificate) -> str:
-    """What a reader wants to know first, in a sentence; everything else is in the verdict."""
-    what = kind(c)
-    if what != "lost":
-        more = {"sign consistent": f" ({c.outside.sum()} of {len(c.outside)})", "rising between samples": f": {rises(c)}"}
-        return f"{ANSWERS[what]}{more.get(what, '')}. {raised_by(c)}"
-    ended, found = f"The flight was lost at {c.ended:.4g} s", c.conditions.broken()
-    rest = raised_by(c)
-    if c.undefined:  # why it is certified up to some time only
-        then = f"from then on the law commands {c.undefined.rstrip(',')}, and the angles that it asks for have no rates"
-        rest += f" The certificate ends at {c.until:.3g} s: {then}."
-    if not c.conditions.printed_hold:
-        return f"{ended}; the conditions of Theorem 5.1 do not hold. {rest}"
-    if not found:
-        return f"{ended} although the conditions of Theorem 5.1 hold, as printed and corrected. {rest}"
-    beyond = f"Further conditions of the proof do not hold: {'; '.join(found)}"
-    return f"{ended} although the printed conditions of Theorem 5.1 hold. {beyond}. {rest}"
-
-
-def rises(c: FlightCertificate) -> str:
-    """How often L rose from sample to sample outside b_r."""
-    between = periods_outside(c)
-    return f"L rose in {(~(between < 0.0)).sum()} of the {len(between)} periods that begin and end outside it"
-
-
-def verdict(c: FlightCertificate) -> str:
-    """The kind, and in numbers what decides it."""
-    k, rate, said = c.conditions, c.lyapunov.rate[c.outside], list[str]()
-    if kind(c) == "lost":
-        printed = min(*k.position, *k.printed_anywhere)
-        said += [
-            f"the flight ended at {c.ended:.4g} s, and all numbers are from the first {c.until:.4g} s",
-            f"the printed conditions {'hold' if k.printed_hold else 'do not hold'} (smallest margin {printed:.4g})",
-        ]
-    margins = f"K_r1 - m Lambda1 >= {k.k_1:.4g}, K_r2 - J_M max(Lambda2) >= {k.k_2:.4g}"
-    thrust = f"thrust <= {k.thrust:.4g} N < {k.thrust_bound or 0.0:.4g} N"
-    said += [*(k.broken() or [f"the conditions hold ({margins}, {thrust})"]), of_ball(c)]
-    if len(rate):
-        said += [f"L_dot < 0 on {(rate < 0.0).sum()} of the {len(rate)} samples outside b_r", rises(c)]
-    return f"{kind(c)}: {'; '.join(said)}"
-
-
-TERMS = {
-    "dissipation": ("damping K_v", "the damping K_v"),
-    "residual": ("eps", "eps (which even ideal weights cannot learn)"),
-    "learning": ("weights", "the weights of the nets"),
-    "coupling": ("coupling", "the coupling that the proof omits"),
-    "sampling": ("sampling", "sampling"),
-    "filtering": ("the command filter", "the command filter"),
-}
-"""The terms of L_dot, as tables and figures say them, and in a sentence; `filtering` is a part of `coupling`."""
-
-
-def work(c: FlightCertificate) -> dict[str, Array]:
-    """What each of `TERMS` has added to L from the first sample up to each, (n,) [J], by trapezoids; `sampling` is the rest of
-    the change of L: terms are those of a fresh command, which is then held until the next sample.
-    """
-    rates = {name: getattr(c.lyapunov, name) for name in TERMS if name != "sampling"}
-    found = {name: np.append(0.0, np.cumsum(0.5 * (one[1:] + one[:-1])) * c.history.period) for name, one in rates.items()}
-    known = sum((found[name] for name in found if name != "filtering"), np.zeros(()))
-    found["sampling"] = c.lyapunov.value - c.lyapunov.value[0] - known
-    return {name: found[name] for name in TERMS}
-
-
-def parts(c: FlightCertificate) -> dict[str, Array]:
-    """The work of terms that add up to the change of L, by what a figure calls them [J]."""
-    return {TERMS[name][0]: values for name, values in work(c).items() if name != "filtering"}
-
-
-def raised(c: FlightCertificate) -> list[tuple[float, str]]:
-    """The terms that raised L over the flight: share of what all of them added, and term, the largest first."""
-    added = {said: float(values[-1]) for said, values in parts(c).items() if values[-1] > 0.0}
-    return sorted(((one / sum(added.values()), said) for said, one in added.items()), reverse=True)
-
-
-def about(share: float) -> str:
-    """A share in whole percent: how the work is split depends on where in a period terms are taken."""
-    return "less than 1 %" if share < 0.01 else "more than 99 %" if 0.99 < share < 1.0 else f"{100.0 * share:.0f} %"
-
-
-def raised_by(c: FlightCertificate) -> str:
-    """The same in a sentence."""
-    meant = dict(TERMS.values())
-    found = [f"{meant[said]}{' contributed' * (not at)} {about(share)}" for at, (share, said) in enumerate(raised(c))]
-    return f"Of what raised L, {units.listed(found)}." if found else "No term raised L over the flight."
+from quadstep.proofs.certify.standing import TERMS, answer, kind, work
+from quadstep.proofs.plain import Mask, lengths
+from quadstep.report import markup
 
 
 def share(condition: Mask) -> float | None:
@@ -199,7 +64,7 @@ def record(c: FlightCertificate) -> dict[str, Any]:
     targets = [fit.residual + mu @ fit.weights for fit, mu in pairs]  # what the ideal weights say and the error they leave
     return {
         "kind": kind(c),
-        "verdict": verdict(c),
+        "verdict": f"{kind(c)}: {answer(c)}",
         "outcome": c.outcome.name.lower(),
         "ended[s]": c.ended,
         "looked_at_until[s]": c.until,
@@ -252,7 +117,14 @@ def brief(value: float | None) -> str:
     return "–" if value is None else f"{value:.4g}"
 
 
-def tables(c: FlightCertificate) -> tuple[list[list[str]], list[list[str]], list[list[str]]]:
+def mark(here: float, anywhere: float = np.inf) -> tuple[str, str]:
+    """Whether a margin is positive, on this flight and at any attitude, with a class for its colour."""
+    if here <= 0.0:
+        return "fails", "fails"
+    return ("holds", "holds") if anywhere > 0.0 else ("on this flight only", "open")
+
+
+def tables(c: FlightCertificate) -> tuple[list[list[markup.Cell]], list[list[str]], list[list[str]]]:
     """Rows of text: the conditions on this flight, at any attitude and as asked; of the ball, value and bound; of the checks,
     value.
     """
@@ -261,14 +133,18 @@ def tables(c: FlightCertificate) -> tuple[list[list[str]], list[list[str]], list
     plain, work, fell = nets["least_squares"], rate["work[J]"], rate["share_falling_outside_b_r"]
     ends = "never" if c.entered is None else f"{brief(flight['transient_ends[s]'])} s" if c.entered else "at the start"
     ridges = " and ".join("infinite" if ridge is None else f"{ridge:g}" for ridge in nets["ridges"])
-    conditions = [
-        ["K_r1 - m Lambda1, smallest", brief(k.k_1), "", "> 0"],
-        ["K_r2 - J_M Lambda2, smallest, as printed", brief(min(k.printed_visited)), brief(min(k.printed_anywhere)), "> 0"],
-        ["K_r2 - J_M max(Lambda2), smallest, corrected", brief(k.k_2), brief(min(k.corrected_anywhere)), "> 0"],
-        ["J_M, largest eigenvalue of J", f"{k.j_visited:.4g} kg m^2", f"{k.j_anywhere:.4g} kg m^2", ""],
-        ["largest thrust that the coupling condition allows", f"{brief(k.thrust_bound)} N",
-         f"{brief(k.thrust_bound_anywhere)} N", f"> {k.thrust:.4g} N, the flight's largest"],
-        ["K_min, smallest eigenvalue of K_v", brief(k.k_min), "", "> 0"],
+    least, allowed = brief(min(k.printed_visited)), f"> {k.thrust:.4g} N, as flown"
+    conditions: list[list[markup.Cell]] = [
+        ["K_r1 - m Lambda1, smallest", brief(k.k_1), "", "> 0", mark(k.k_1)],
+        ["K_r2 - J_M Lambda2, smallest, as printed", least, brief(min(k.printed_anywhere)), "> 0",
+         mark(min(k.printed_visited), min(k.printed_anywhere))],
+        ["K_r2 - J_M max(Lambda2), smallest, corrected", brief(k.k_2), brief(min(k.corrected_anywhere)), "> 0",
+         mark(k.k_2, min(k.corrected_anywhere))],
+        ["coupling condition, not in the theorem: largest thrust", f"{brief(k.thrust_bound)} N",
+         f"{brief(k.thrust_bound_anywhere)} N", allowed,
+         mark((k.thrust_bound or 0.0) - k.thrust, (k.thrust_bound_anywhere or 0.0) - k.thrust)],
+        ["J_M, largest eigenvalue of J", f"{k.j_visited:.4g} kg m^2", f"{k.j_anywhere:.4g} kg m^2", "", ""],
+        ["K_min, smallest eigenvalue of K_v", brief(k.k_min), "", "> 0", mark(k.k_min)],
     ]  # fmt: skip
     ball = [
         ["W_B of the ideal weights", brief(c.weight_bound), ""],
@@ -297,23 +173,3 @@ def tables(c: FlightCertificate) -> tuple[list[list[str]], list[list[str]], list
         ["the same, median", brief(coupling["median_ratio"])],
     ]
     return conditions, ball, checks
-
-
-def seen(c: FlightCertificate) -> str:
-    """What the figure shows of this flight, in sentences."""
-    until = "" if c.outcome is Outcome.COMPLETED else f"In the first {c.until:.3g} s, all that is certified, "
-    return (
-        f"{until}{of_ball(c)}. Theorem 5.1 promises only that L falls outside the ball b_r. "
-        "Areas: what each term of L_dot has added to L up to then, or taken from it; sampling is what the others leave, as "
-        "commands are held between samples. Line: their sum, by which L has changed since the start."
-    )
-
-
-def checked(c: FlightCertificate) -> str:
-    """What the figure of the checks shows."""
-    value, ratio = c.lyapunov.value, c.coupling_ratio
-    went = f"L goes from {value[0]:.3g} J to {value[-1]:.3g} J; its largest value is {value.max():.3g} J."
-    if not len(ratio):
-        return went
-    above = f"{100.0 * np.mean(ratio > 1.0):.3g} % of samples"
-    return f"{went} The coupling |r1| |delta|, which the proof omits, is above the damping K_min |r|^2 in {above}."

@@ -12,9 +12,10 @@ from quadstep.io.errors import errors_in
 from quadstep.metrics.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
-from quadstep.proofs.certify.output import about, answer, checked, kind, parts, raised, record, seen, tables
+from quadstep.proofs.certify.output import record, tables
+from quadstep.proofs.certify.standing import about, answer, checked, decision, kind, parts, raised, seen
 from quadstep.proofs.plain import Array, lengths
-from quadstep.report import markup, units
+from quadstep.report import markup
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.panel import LOG, SIGNED_LOG, STACKED, Panel
@@ -83,12 +84,12 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
         name=name,
         kind="Certificate",
         answer=answer(c),
-        sentences=[answer(c), f"In numbers: {verdict}."],
+        sentences=[answer(c)],
         record={"name": name, "version": __version__, "kind": kind(c), "verdict": verdict, "mission": mission},
         facts=facts(c),
         figures=[Figure(NAME, f"{seen(c)}{'' if lost else ' Time is logarithmic.'}")],
         sections=[
-            TableSection("Conditions", "conditions", CONDITIONS, conditions, f"In numbers: {verdict}.", shown=name),
+            TableSection("Conditions", "conditions", CONDITIONS, conditions, shown=name),
             TableSection("Ball", "ball", ("", "measured", "bound"), ball, shown="The ball"),
             markup.note(
                 "Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."
@@ -101,14 +102,14 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
     )
 
 
-CONDITIONS = ("", "on this flight", "at any attitude", "must be")
+CONDITIONS = ("", "on this flight", "at any attitude", "must be", "")
 
 
 def facts(c: FlightCertificate) -> list[markup.Fact]:
-    bound = f"b_r = {units.number(c.b_r)}" if c.b_r is not None else "b_r does not exist"
+    said, *decided = decision(c)
     return [
-        markup.Fact("verdict", kind(c).replace("lost", "flight lost")),
-        markup.Fact("smallest damping K_min", units.number(c.conditions.k_min), "must be above 0"),
-        markup.Fact("largest |r|", units.number(float(c.r.max())), bound),
-        *(markup.Fact("raised L most", said, f"{about(share)} of what raised it") for share, said in raised(c)[:1]),
+        markup.Fact("Theorem 5.1, by this flight", said),
+        markup.Fact("decided by", *decided),
+        *(markup.Fact("raised L most", term, f"{about(share)} of what raised it") for share, term in raised(c)[:1]),
+        markup.Fact("the flight", "completed" if c.outcome is Outcome.COMPLETED else "lost", f"at {c.ended:.4g} s"),
     ]
