@@ -254,6 +254,8 @@ def test_a_page_gets_output_links_and_what_flew(tmp_path):
     assert (
         'page.html?figure=nested" title="Live"' in flown
     )  # a fragment would scroll the page around it and 'page.html">Live' in flown
+    flown = with_flights("<!-- page: out/page.html#plot=attitude | Live -->", tmp_path, tmp_path / "static", "lessons/a.md")
+    assert 'page.html#plot=attitude" title="Live"' in flown
     (tmp_path / "out" / "article.html").write_text("article")
     shown = with_flights("<!-- page: out/article.html#net | Net -->", tmp_path, tmp_path / "static", "lessons/a.md")
     assert 'src="../flown/article.html?figure=net"' in shown, "one copy for all that show it"

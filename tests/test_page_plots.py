@@ -44,12 +44,23 @@ def test_a_symbol_in_a_title_is_set_as_in_a_legend(open_page):
     assert page.locator("#plot-weights .legend dt").first.inner_text() == "|W\u03021|"
 
 
-def test_an_angle_does_not_jump_by_a_turn(open_page):
+def test_an_error_of_an_angle_is_the_shorter_way_round(open_page):
     page = open_page("#set=K_r2:6&set=Lambda2:0.5&set=disturbance:0")
-    assert not page.evaluate("quadstep.outcome()")["held"]
-    page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    said = page.locator("#plot-attitude-error .on-paper text").all_text_contents()
-    assert "200" in said and "−200" not in said
+    ended = page.evaluate("quadstep.outcome()")["ended"]
+    off = []
+    for share in (0.5, 0.8, 0.9, 0.95, 0.99):
+        page.evaluate("t => quadstep.seek(t)", share * ended)
+        told = page.locator("#plot-attitude-error .legend dd").all_text_contents()
+        off += [abs(float(text.replace("−", "-"))) for text in told]
+    assert 150.0 < max(off) <= 180.0  # as in metrics.json
+
+
+def test_a_link_puts_a_plot_first(open_page):
+    page = open_page("#plot=attitude-error")
+    assert page.locator("#plots-list > *").first.get_attribute("id") == "plot-attitude-error"
+    assert page.locator("#notice").is_hidden()
+    page.evaluate("location.hash = '#plot=no-such'")
+    page.wait_for_function("document.querySelector('#notice').innerText.includes('plot=no-such')")
 
 
 def test_the_numbers_of_an_axis_are_written_alike(open_page):

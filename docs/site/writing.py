@@ -153,7 +153,8 @@ def with_flights(text: str, folder: Path | None, static: Path, place: str) -> st
         shutil.copyfile(folder / file, static / name)
         if kind == "page":
             shown = os.path.relpath("flown", Path(place).parent)
-            return embedded("?figure=".join((f"{shown}/{name}", *anchor)), caption)
+            sets = "#" if anchor and "=" in anchor[0] else "?figure="
+            return embedded(sets.join((f"{shown}/{name}", *anchor)), caption)
         return f"```{{raw}} html\n{figure(static / name, caption, set_as=partial(typeset, around=rich))}\n```"
 
     return MARK.sub(put, text)

@@ -141,6 +141,7 @@ function start(): void {
     opening = true;
     if (link?.step === undefined) guide?.close();
     if (link?.keep) session.keep(link.keep);
+    if (link?.plot) board.arrangement.first(link.plot);
     session.apply(link?.settings ?? fresh(first));
     const plays = !calm && link?.time === undefined;
     const shown = session.shown.value;

@@ -79,6 +79,11 @@ export function unwrapped(angle: Float64Array): Float64Array {
   return made ?? angle;
 }
 
+/** A difference of angles [rad] less whole turns, as quadstep/metrics/quantities.py, shorter_way. */
+export function shorterWay(turned: number): number {
+  return turned - 2 * Math.PI * Math.floor(turned / (2 * Math.PI) + 0.5);
+}
+
 /** The difference of two columns, row by row. */
 export function difference(a: Float64Array, b: Float64Array): Float64Array {
   return a.map((value, i) => value - b[i]!);

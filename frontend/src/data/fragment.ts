@@ -1,4 +1,4 @@
-// Settings in the address bar: #flight=case1&controller=...&ghost=...&set=backstepping.K_r1:2,2,3&keep=case2&t=12.5. Whatever does not fit is
+// Settings in the address bar: #flight=case1&controller=...&ghost=...&set=backstepping.K_r1:2,2,3&keep=case2&plot=attitude&t=12.5. Whatever does not fit is
 // left out and said; nothing of it is ever run.
 
 import type { FlightData, PageData } from "./contract";
@@ -10,6 +10,8 @@ export interface Link {
   readonly time: number | undefined;
   /** Step of the walk, from 0, if the link says. */
   readonly step: number | undefined;
+  /** A plot to stand first, if the link says. */
+  readonly plot: string | undefined;
   /** A flight to lay behind those that are shown, if the link says. */
   readonly keep: FlightData | undefined;
   /** Whether it says nothing but the step. */
@@ -38,7 +40,7 @@ export function read(fragment: string, page: PageData): Link | undefined {
   const text = fragment.replace(/^#/, "");
   if (!text || !first) return undefined;
   if (text.length > LONGEST) {
-    return { settings: fresh(first), time: undefined, step: undefined, keep: undefined, bare: false, complaints: ["The link is too long for this page; it was ignored."] };
+    return { settings: fresh(first), time: undefined, step: undefined, plot: undefined, keep: undefined, bare: false, complaints: ["The link is too long for this page; it was ignored."] };
   }
   const complaints: string[] = [];
   const pairs = text.split("&").map(pair);
@@ -50,6 +52,7 @@ export function read(fragment: string, page: PageData): Link | undefined {
   let settings = fresh(flight);
   let time: number | undefined;
   let step: number | undefined;
+  let plot: string | undefined;
   let keep: FlightData | undefined;
   for (const entry of pairs) {
     const [name, value] = entry ?? ["", ""];
@@ -57,6 +60,7 @@ export function read(fragment: string, page: PageData): Link | undefined {
     if (name === "controller" && controllerOf(flight, value)) settings = { ...settings, controller: value };
     else if (name === "ghost" && (value === FILE || controllerOf(flight, value))) settings = { ...settings, ghost: value };
     else if (name === "step" && page.story?.steps[Number(value) - 1]) step = Number(value) - 1;
+    else if (name === "plot" && flight.panels.some((panel) => panel.id === value)) plot = value;
     else if (name === "keep" && page.flights.some((candidate) => candidate.id === value)) keep = page.flights.find((candidate) => candidate.id === value);
     else if (name === "t" && NUMBER.test(value)) time = Number(value);
     else {
@@ -65,7 +69,7 @@ export function read(fragment: string, page: PageData): Link | undefined {
       else complaints.push(`Ignored part of the link: “${shown(name || "?", value)}”.`);
     }
   }
-  return { settings, time, step, keep, bare: pairs.length === 1, complaints: complaints.slice(0, 3) };
+  return { settings, time, step, plot, keep, bare: pairs.length === 1, complaints: complaints.slice(0, 3) };
 }
 
 /** Settings after one "key:1,2,3", or "key:1" for all axes; undefined if it does not fit the flight. */

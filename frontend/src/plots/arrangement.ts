@@ -52,6 +52,13 @@ export class Arrangement {
     this.tell();
   }
 
+  /** Before all others. */
+  first(id: string): void {
+    this.order = [id, ...this.order.filter((other) => other !== id)];
+    this.chosen.set(id, true);
+    this.tell();
+  }
+
   /** In the reader's order; what was never moved stays where it comes. */
   sorted<T extends { readonly id: string }>(all: readonly T[]): T[] {
     const rank = (one: T, i: number): number => (this.order.includes(one.id) ? this.order.indexOf(one.id) : this.order.length + i);

@@ -29,7 +29,7 @@ interface Offer {
 export class Board {
   readonly window = new TimeWindow();
   private plots: Plot[] = [];
-  private readonly arrangement = new Arrangement();
+  readonly arrangement = new Arrangement();
   private readonly chooser = new Chooser(this.arrangement);
   private watched: { id: string; host: HTMLElement; plot: Plot | undefined } | undefined;
   private shown: Shown | undefined;

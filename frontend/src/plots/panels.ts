@@ -1,7 +1,7 @@
 // The panels that Python asks for, as curves of the flight, the ghost and the wanted path.
 
 import type { PanelData } from "../data/contract";
-import { type Flight, difference, unwrapped } from "../data/flight";
+import { type Flight, difference, shorterWay, unwrapped } from "../data/flight";
 import { flat } from "../view/notation";
 import { type Curve, DASHES, type Hue, type Panel, type Role } from "./panel";
 
@@ -43,8 +43,11 @@ function valuesOf(flight: Flight, name: string, minus: string | null, absolute: 
   const column = flight.column(name);
   const other = minus === null ? undefined : flight.column(minus);
   if (!column || (minus !== null && !other)) return undefined;
-  const turns = flight.unit(name) === "rad" ? unwrapped : (angle: Float64Array): Float64Array => angle;
-  const values = turns(other ? difference(column, other) : column);
+  const off = other && difference(column, other);
+  const values = flight.unit(name) === "rad" ? (off?.map(shorterWay) ?? unwrapped(column)) : (off ?? column);
+  const from = name.endsWith("_d") && flight.unit(name) === "rad" ? flight.column(name.slice(0, -2)) : undefined; // beside which it is drawn
+  const flown = from && unwrapped(from);
+  if (flown && !other) return column.map((value, i) => flown[i]! + shorterWay(value - flown[i]!));
   return absolute ? values.map(Math.abs) : values;
 }
 

@@ -2,7 +2,7 @@
 
 import type { FlightData, SummaryData } from "../data/contract";
 import type { Inputs } from "../data/engine";
-import type { Flight } from "../data/flight";
+import { type Flight, difference, shorterWay } from "../data/flight";
 import { lawCode } from "../data/page";
 
 /** undefined: the flight does not tell. */
@@ -148,10 +148,7 @@ function heading(flight: Flight): number | undefined {
   const names = [["heading_d", "yaw"], ["psi_d", "psi"]].find((pair) => flight.has(...pair));
   if (!names || flight.rows < 2) return undefined;
   const [wanted, yaw] = names.map((name) => flight.column(name)!);
-  return rms(yaw!.map((value, row) => {
-    const off = value - wanted![row]!;
-    return Math.abs(off - 2 * Math.PI * Math.floor(off / (2 * Math.PI) + 0.5));
-  }));
+  return rms(difference(yaw!, wanted!).map(shorterWay));
 }
 
 function overturned(tilts: Float64Array): number {
