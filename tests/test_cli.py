@@ -91,8 +91,8 @@ def test_without_a_command_the_help_is_shown_and_nothing_else_is_said():
         (["flu"], "unknown command 'flu'; did you mean fly? (see quadstep --help)"),
         (["fyl"], "unknown command 'fyl'; did you mean fly? (see quadstep --help)"),
         (["it's"], 'unknown command "it\'s" (see quadstep --help)'),
-        (["fly", "m.toml", "--out"], "--out: missing its value (see quadstep --help)"),
-        (["fly", "m.toml", "--json=3"], "--json: takes no value (see quadstep --help)"),
+        (["fly", "m.toml", "--out"], "--out: missing its value (see quadstep fly --help)"),
+        (["fly", "m.toml", "--json=3"], "--json: takes no value (see quadstep fly --help)"),
     ],
 )
 def test_the_parsers_errors_are_worded_as_the_others(arguments, said):
@@ -212,6 +212,11 @@ def test_a_process_of_its_own_says_the_same(tmp_path):
     (("fly", "examples/trust.toml", "--flight", "20000"), "--flight: should be from 0 to 19999, the last flight of"),
     (("fly", "examples/trust.toml", "--flight", "-1"), "--flight: should be from 0 to 19999, the last flight of"),
     (("tune", "examples/lissajous.toml", "--budget", "9"), 'gains = { "controller.k_x" = {} }; allowed: controller.k_x, '),
+    (("vehicles", "examples/case1.toml"), "looks like a mission, not a vehicle file; `quadstep fly` takes it"),
+    (("what-if", "px4-cascade", "MC_ROLL_P=2", "--vehicle", "examples/case1.toml"), "not a vehicle file; `quadstep fly`"),
+    (("what-if", "px4-cascade", "MC_ROLL_P=2", "--vehicle", "boat"), "unknown preset 'boat'; allowed: crazyflie, "),
+    (("vehicle", "fit", "examples/case1.toml"), "looks like a mission, not a data sheet; `quadstep fly` takes it"),
+    (("serve", "--class", "examples/case1.toml"), 'looks like a mission, not a class; a class names one: mission = "FILE'),
     (("new", "mission.json"), "mission.json: missions are TOML; name a file that ends in .toml"),
     (("new",), "MISSION.toml: missing; it is needed (see"),
     (("--fast", "fly"), "error: unknown option '--fast'"),

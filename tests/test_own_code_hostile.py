@@ -316,12 +316,17 @@ def test_a_law_that_is_not_finite_later_ends_its_flight_and_is_named(tmp_path, e
     assert "the law&#x27;s thrust was nan" in (tmp_path / "out/hover/report.html").read_text()
 
 
-def test_a_function_that_is_not_finite_at_once_is_named_without_an_empty_table(tmp_path):
-    function = "def controller(t, measured, reference):\n    return 1.0, (0.0, float('inf'), 0.0)\n"
-    run = command(tmp_path, "fly", mission(tmp_path, function, "law.py:controller").name)
-    assert (run.code, run.err) == (3, "")
-    first, *_ = run.out.splitlines()
-    assert first == "Lost at 0 s: a number was no longer finite: the law's torque.1 was inf. Its log is empty."
+def test_a_function_that_is_not_finite_at_once_is_refused_and_later_loses_the_flight(tmp_path):
+    function = "def controller(t, measured, reference):\n    return 1.0, (0.0, float('inf') if t >= START else 0.0, 0.0)\n"
+    path = mission(tmp_path, function.replace("START", "0.0"), "law.py:controller")
+    run = command(tmp_path, "fly", path.name)
+    assert (run.code, run.out, run.err.count("\n")) == (2, "", 1)
+    assert "law.py:controller: ValueError: should return finite thrust and torque at t = 0 s, not (1.0, (0.0, inf," in run.err
+    assert "(law.py:1)" in run.err
+    (tmp_path / "law.py").write_text(function.replace("START", "0.05"))
+    run = command(tmp_path, "fly", path.name)
+    assert run.code == 3
+    assert "a number was no longer finite: the law's torque.1 was inf. The log" in run.out
 
 
 @pytest.mark.parametrize("drawn", ["", "vary = {'vehicle.mass' = {type = 'uniform', low = 1.9, high = 2.1}}\n"])

@@ -302,6 +302,38 @@ def test_a_wind_that_is_not_finite_is_named(folder):
     assert reason(plan, log) == "a number was no longer finite: the wind of Steady was nan"
 
 
+def test_a_wind_that_is_not_finite_at_once_is_refused(folder):
+    (folder / "own.py").write_text(STEADY.replace("return p.wind.mean", "return float('nan') * p.wind.mean"))
+    own = THERMAL.replace("thermal.py:Thermal", "own.py:Steady").replace("rising = 3.0", "mean = [2.0, 1.0, -0.5]")
+    said = "wind: Steady: is (nan, nan, nan) m/s at t = 0 s; it should be finite (own.py:"
+    refused(quadstep("fly", written(folder, own), "--out", folder / "out"), re.escape(said))
+
+
+@pytest.mark.parametrize("part", ["numbers.centre + sines", "rate * cosines", "rate * rate * rate * rate * sines"])
+def test_a_path_that_is_not_finite_is_refused_at_once_and_named_later(folder, part):
+    code = (EXAMPLES / "lissajous.py").read_text().replace("import Number", "import where, Number")
+    own = folder / "lissajous.py"
+    own.write_text(code.replace(part, f"float('nan') * ({part})", 1))
+    path = written(folder, LISSAJOUS + REAL)
+    run = quadstep("fly", path, "--out", folder / "out")
+    refused(run, r"path.type: lissajous.py:Lissajous \(lissajous.py:")
+    assert "is nan at t = 0 s; it should be finite" in run.err
+    own.write_text(code.replace(part, f"where(t > 2.0, float('nan'), 1.0) * ({part})", 1))
+    plan = read_mission(path).plan()
+    log = fly(plan)
+    assert 2.0 < log.ended < 2.02
+    assert re.fullmatch(r"a number was no longer finite: the path's \w+\.0 was nan", reason(plan, log))
+
+
+def test_a_metric_that_is_not_finite_is_told_of(folder):
+    (folder / "metrics.py").write_text(
+        (EXAMPLES / "metrics.py").read_text().replace("return sums\n", "return 0.0 * float('inf')\n")
+    )
+    run = quadstep("fly", written(folder, f'metrics = ["metrics.py:SettlingTime"]\n{LISSAJOUS}'), "--out", folder / "out")
+    assert "warning" in run.err
+    assert "the metric settling_time is not finite on this flight, so it has no value" in run.err
+
+
 def test_a_wind_is_of_real_vehicles_only(folder):
     mission = THERMAL.replace(REAL, "")
     refused(quadstep("fly", written(folder, mission), "--out", folder / "out"), "wind")

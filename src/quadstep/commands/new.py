@@ -112,6 +112,7 @@ def fit(
     from quadstep.mission.airframe import AirframeSection
     from quadstep.mission.check import check, explained
     from quadstep.mission.listings import parameters
+    from quadstep.mission.read import DATASHEET, refuse_others
 
     target = out or Path(f"{datasheet.stem}_vehicle.toml")
     if target.suffix != ".toml":
@@ -119,7 +120,9 @@ def fit(
     check_place(target)
     if target.exists() and datasheet.exists() and target.samefile(datasheet):
         raise UserError(f"{target}: is the data sheet itself; name another file with --out")
-    sheet = check(Datasheet, read_toml(datasheet), str(datasheet), datasheet.parent)
+    content = read_toml(datasheet)
+    refuse_others(content, DATASHEET, str(datasheet))
+    sheet = check(Datasheet, content, str(datasheet), datasheet.parent)
     try:
         found = estimate(sheet)
         vehicle = vehicle_of(sheet, found)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, get_args, get_origin, get_type_hint
 
 import typer
 from typer.core import TyperCommand
+from typer.exceptions import TyperException
 from typer.models import ArgumentInfo
 
 from quadstep.engines.engine import FLIGHTS, FLOWN_BY, WORDS, Engine
@@ -170,6 +171,14 @@ class PlainCommand(TyperCommand):
     """A command whose help shows arguments as it shows the values of options: FILE, where typer has {FILE} and FILE <path>;
     it says its exit codes.
     """
+
+    def parse_args(self, ctx: "Context", args: list[str]) -> list[str]:
+        """The parser leaves out of some errors which command they are of."""
+        try:
+            return super().parse_args(ctx, args)
+        except TyperException as error:
+            vars(error)["ctx"] = ctx
+            raise
 
     def format_help_text(self, ctx: "Context", formatter: "HelpFormatter") -> None:
         if "Exit code" not in (self.help or ""):

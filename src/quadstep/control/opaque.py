@@ -11,6 +11,7 @@ An exception in the controller ends the flight as not finite, and is raised agai
 keeps state must fly alone: all flights of a batch call the same callable.
 """
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -146,10 +147,14 @@ def friendly(controller: Controller) -> Callable[[Array], list[float]]:
         try:
             thrust, torque = returned
             x, y, z = torque
-            return [float(thrust), float(x), float(y), float(z)]
+            told = [float(thrust), float(x), float(y), float(z)]
         except (TypeError, ValueError) as error:
             said = f"should return thrust and torque, like (9.8, (0.0, 0.0, 0.0)), not {returned!r:.60}"
             raise type(error)(f"{said}{defined_at(controller)}") from None
+        if t == 0.0 and not all(map(math.isfinite, told)):
+            said = f"should return finite thrust and torque at t = 0 s, not {returned!r:.60}"
+            raise ValueError(f"{said}{defined_at(controller)}")
+        return told
 
     return memoised(function)
 

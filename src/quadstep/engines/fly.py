@@ -116,13 +116,16 @@ def reason(plan: FlightPlan, log: FlightLog) -> str:
         return text
     loop, numbers = plan.loop, plan.parameters
     wind = always(loop.wind)(log.final, numbers, log.ended, loop.start(plan.start, numbers).state)
-    for leaf in wind if isinstance(loop.air, DeclaredWind) else ():
+    reference = loop.reference(log.ended, numbers)
+    causes = [(f"the wind of {type(loop.air).__name__}", leaf) for leaf in wind if isinstance(loop.air, DeclaredWind)]
+    causes += zip((f"the path's {name}" for name in leaf_names(reference)), flatten(reference), strict=True)
+    for cause, leaf in causes:
         if not math.isfinite(leaf):
-            return f"{text}: the wind of {type(loop.air).__name__} was {leaf:g}"
+            return f"{text}: {cause} was {leaf:g}"
     if not all(map(math.isfinite, flatten(log.final.state))):
         return text
     every = dict(zip((task.name for task in loop.tasks), plan.ticks.every, strict=True))["law"]
-    given = loop.measurement(log.final, numbers), loop.reference(log.ended, numbers), numbers.gains, log.ended
+    given = loop.measurement(log.final, numbers), reference, numbers.gains, log.ended
     command, _ = always(loop.controller.law)(log.final.memory, *given, every * plan.ticks.step)
     for leaf, name in zip(flatten(command), leaf_names(command), strict=True):
         if not (math.isfinite(leaf) or name.startswith("desired_attitude")):  # only logged, and NaN of a law without one

@@ -15,7 +15,7 @@ from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Command, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.log import Metric, added, started
 from quadstep.io.errors import UserError
-from quadstep.io.user_code import blamed
+from quadstep.io.user_code import blamed, defined_at
 from quadstep.numbers import Structure, Table, Vector, flatten, leaf_names, rebuild, vector
 from quadstep.program.python_code import PythonCode, entered
 
@@ -32,7 +32,7 @@ T = TypeVar("T")
 
 
 class NotFiniteError(UserError):
-    """The first command of a law is not finite."""
+    """The first answer of a user's own code is not finite."""
 
 
 def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
@@ -146,9 +146,24 @@ def check_finite(loop: Loop, cycle: Cycle, parameters: Numbers, command: object)
     asked, reference = loop.plant.logged_command(parameters, command), loop.reference(0.0, parameters)
     if always(loop.plant.outcome)(parameters, cycle.state, asked, reference) != Outcome.NOT_FINITE:
         return
-    for leaf, name in zip(flatten(command), leaf_names(command), strict=True):
-        if not math.isfinite(leaf):
-            raise NotFiniteError(f"law: the {type(command).__name__}: {name} is {leaf:g} at t = 0 s; it should be finite")
+    check_first(command, f"law: the {type(command).__name__}")
+
+
+def check_first(answer: object, what: str) -> None:
+    """Refuses an answer at t = 0 that is not finite. Raises NotFiniteError."""
+    for leaf, name in zip(flatten(answer), leaf_names(answer), strict=True):
+        if isinstance(leaf, NUMBERS) and not math.isfinite(leaf):
+            raise NotFiniteError(f"{what}: {name} is {leaf:g} at t = 0 s; it should be finite")
+
+
+def check_wind(loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
+    """Refuses a wind of the user's own that is not finite at once. Raises NotFiniteError."""
+    if where := defined_at(getattr(type(loop.air), "wind", None)):
+        cycle = loop.start(start, parameters)
+        wind = [*always(loop.wind)(cycle, parameters, 0.0, cycle.state)]
+        if not all(map(math.isfinite, wind)):
+            given = ", ".join(f"{axis:g}" for axis in wind)
+            raise NotFiniteError(f"wind: {type(loop.air).__name__}: is ({given}) m/s at t = 0 s; it should be finite{where}")
 
 
 def type_name(answer: object) -> str:

@@ -20,6 +20,7 @@ from quadstep.mission.check import check, explained
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.fields import Quantity
 from quadstep.mission.presets import preset_names, preset_table
+from quadstep.mission.read import VEHICLE, refuse_others
 from quadstep.numbers import Vector
 
 WIDTH = 27
@@ -122,7 +123,9 @@ def load_preset(name: str, folder: Path = Path()) -> AirframeSection:
 
 def read_vehicle(path: Path) -> AirframeSection:
     """A vehicle in a file of one's own, which may itself start from a preset or a file. Raises UserError."""
-    return check(AirframeSection, read_toml(path), str(path), path.parent)
+    content = read_toml(path)
+    refuse_others(content, VEHICLE, str(path))
+    return check(AirframeSection, content, str(path), path.parent)
 
 
 def vehicle_named(given: str) -> AirframeSection:

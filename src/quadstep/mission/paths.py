@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple, cast
 import numpy as np
 from pydantic import Field, SerializeAsAny, WrapValidator
 
+from quadstep.engines.own_checks import check_first
 from quadstep.interfaces.plant import PathLaw, Reference
 from quadstep.io.doors import PATHS
 from quadstep.io.errors import UserError, errors_in
+from quadstep.io.user_code import defined_at
 from quadstep.mission.check import sections, types
 from quadstep.mission.data_files import ANGLE_UNITS, read_recording
 from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positive, Quantity, Section, Several, Triple
@@ -182,6 +184,8 @@ class OwnPathSection(OwnSection):
             raise UserError(f"path.type: {self.type}: its length should be a number of seconds above 0, not {length:g}")
         if not isinstance(first, Reference) or any(len(part) != 3 for part in (*first[:3], first.jerk, first.snap)):
             raise UserError(f"path.type: {self.type}: `reference` should give a Reference, whose vectors have three entries")
+        with errors_in("path.type", f"{self.type}{defined_at(law.reference)}"):
+            check_first(first, "reference")
         return BuiltPath(law, numbers, length)
 
 

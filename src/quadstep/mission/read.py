@@ -13,40 +13,51 @@ from quadstep.control.registry import names
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import LONGEST_VALUE, UserError, cut, errors_in, shorten
 from quadstep.mission.check import check, sections, unknown
-from quadstep.mission.presets import is_airframe
+from quadstep.mission.presets import OWN_KEYS, is_airframe
 
 if TYPE_CHECKING:
     from quadstep.engines.fly import FlightPlan
     from quadstep.mission.schema import Mission
 
-MISSION, CAMPAIGN, STUDY = "mission", "campaign", "study"
+MISSION, CAMPAIGN, STUDY, CLASS = "mission", "campaign", "study", "class"
+VEHICLE, DATASHEET = "vehicle file", "data sheet"
+
+TAKEN = {
+    MISSION: "`quadstep fly` takes it", CAMPAIGN: "`quadstep campaign` takes it", STUDY: "`quadstep compare` takes it",
+    CLASS: "`quadstep serve --class` takes it", VEHICLE: 'a mission names it: [vehicle] file = "FILE.toml"',
+    DATASHEET: "`quadstep vehicle fit` takes it",
+}  # fmt: skip
+"""What to do with a file that looks like one of these where another is wanted."""
 
 HINTS = {
     (CAMPAIGN, MISSION): "`quadstep campaign` flies it, `quadstep fly` with --flight N one of its flights",
-    (STUDY, MISSION): "`quadstep compare` takes it",
     (MISSION, CAMPAIGN): 'a campaign names one: mission = "FILE.toml"',
-    (STUDY, CAMPAIGN): "`quadstep compare` takes it",
+    (MISSION, CLASS): 'a class names one: mission = "FILE.toml"',
     (MISSION, STUDY): "name two or more missions, or a study with tables [paths], [scenarios] and [controllers]",
     (CAMPAIGN, STUDY): "a study has tables [paths], [scenarios] and [controllers]",
 }
-"""What to do with a file that looks like the first where the second is wanted."""
+"""The same, where there is more to say of what is wanted."""
 
 
 def look(content: Mapping[str, object]) -> str:
     """What parsed TOML looks like; empty if like none of these."""
     of_mission = {"path", "controller", "vehicle"} & content.keys()
+    if "students" in content:
+        return CLASS
     if "mission" in content:
         return "" if "path" in content else CAMPAIGN
     if {"paths", "scenarios", "controllers"} & content.keys() and not of_mission:
         return STUDY
-    return MISSION if of_mission else ""
+    if of_mission:
+        return MISSION
+    return DATASHEET if {"wheelbase", "kv"} & content.keys() else VEHICLE if OWN_KEYS & content.keys() else ""
 
 
 def refuse_others(content: Mapping[str, object], wanted: str, source: str, hint: str = "") -> None:
     """Raises UserError for content that looks like something else than wanted. hint: instead of that in `HINTS`."""
     found = look(content)
     if found and found != wanted:
-        raise UserError(f"{source}: looks like a {found}, not a {wanted}; {hint or HINTS[found, wanted]}")
+        raise UserError(f"{source}: looks like a {found}, not a {wanted}; {hint or HINTS.get((found, wanted), TAKEN[found])}")
 
 
 class MissionKind(NamedTuple):

@@ -17,7 +17,7 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from quadstep.engines.fly import FlightPlan, fly, reason
 from quadstep.engines.loop import Loop
-from quadstep.engines.own_checks import NotFiniteError, check_plant, try_metrics, try_out
+from quadstep.engines.own_checks import NotFiniteError, check_plant, check_wind, try_metrics, try_out
 from quadstep.engines.scored import names_without_units, of_log, score_names
 from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Controller
@@ -242,7 +242,9 @@ class Mission(Section, metaclass=MissionMeta):
         for name in own.keys() & found.keys():
             raise UserError(f"metrics: {name}: every flight already has a metric of this name")
         rest = dict(grading(self))
-        return {**found, **own, **({AT_REST: rest} if rest else {})}, warnings
+        none = [one.name for one in self.own_metrics if own[one.full_name] is None and len(log.rows)]
+        more = [f"the metric {name} is not finite on this flight, so it has no value" for name in none]
+        return {**found, **own, **({AT_REST: rest} if rest else {})}, [*warnings, *more]
 
     @property
     def cut(self) -> str:
@@ -293,6 +295,8 @@ class Mission(Section, metaclass=MissionMeta):
                     check_plant(loop, parameters, start)
             if self.metrics and (users := [one for one in self.own_metrics if one.name not in EFFORTS]):
                 try_metrics(users, self.plant.columns)
+            if not drawn:
+                check_wind(loop, parameters, start)
             if self.controller.own:
                 try_controller(self.controller.type, loop, parameters, start, ticks, drawn)
         loop = replace(loop, controller=built.fitted(controller.law, periods))

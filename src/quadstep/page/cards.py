@@ -80,11 +80,12 @@ def facts_tile(result: ResultFolder) -> str:
 
 
 def picture(result: ResultFolder) -> str:
-    """Its thumbnail: of a flight its path; nothing where there is none."""
+    """Its thumbnail: of a flight its path, of a study a panel of its figure; nothing where there is none."""
     if "flight.csv" not in result.files and result.picture is None:
         return ""
     file = address(result, result.picture or "")
     source = address(result, "").replace("/files/", "/thumb/", 1) if "flight.csv" in result.files else file
+    source = source.replace("/files/", "/panel/", 1) if source.endswith(".svg") else source
     return f'<img loading="lazy" alt="" src="{escape(source)}">'
 
 

@@ -49,7 +49,7 @@ class ResultFolder(NamedTuple):
 
     place: the folder, below the one that is served. says: how the flight ended, or what the report answers. changed: when its
     newest file was written, seconds since 1970. files: names of what can be opened, the best first. kind: what it is of.
-    picture: a PNG of it, from there. rmse: of the position [m], of a flight that was not lost. grade: of a flight, as in
+    picture: a figure of it, from there. rmse: of the position [m], of a flight that was not lost. grade: of a flight, as in
     `quadstep.metrics.verdict`; empty if not known. facts: the first numbers of its report, what each is of, its value and
     what is said of it, such as its interval. loop: the grade of a flight's loop at rest.
     """
@@ -93,8 +93,8 @@ class ReportOpening(NamedTuple):
 
 
 PICTURES = (
-    "figures/position.png", "fig04.png", "envelope.png", "convergence.png", "certificate.png", "figures/outcomes.png",
-    "completion.png",
+    "figures/position.svg", "fig04.svg", "envelope.svg", "convergence.svg", "certificate.svg", "figures/distributions.svg",
+    "figures/outcomes.svg", "completion.svg",
 )  # fmt: skip
 """What a result is seen by, the first that there is."""
 
@@ -145,13 +145,13 @@ def results_in(root: Path, folder: Path) -> list[ResultFolder]:
 
 
 def picture(folder: Path, found: Iterable[str]) -> str | None:
-    """A picture of a result: one of `PICTURES`, or the first that it has, there or among its figures, a PNG before an SVG."""
+    """A picture of a result: one of `PICTURES`, or the first that it has, there or among its figures, an SVG before a PNG."""
     try:
         figures = sorted(one.name for one in os.scandir(folder / "figures") if one.is_file(follow_symlinks=False))
     except OSError:
         figures = []
     names = (*sorted(found), *(f"figures/{name}" for name in figures))
-    there = [name for ending in (".png", ".svg") for name in names if name.endswith(ending)]
+    there = [name for ending in (".svg", ".png") for name in names if name.endswith(ending)]
     return next((name for name in (*PICTURES, *there) if name in there), None)
 
 

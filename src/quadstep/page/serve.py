@@ -27,7 +27,7 @@ from quadstep.page.comparison import compared_page
 from quadstep.page.folder import grade, manifest, open_result, open_two, results, results_in
 from quadstep.page.model import Link
 from quadstep.page.sharing import COOKIE, LOCAL, Access, qr_drawing
-from quadstep.page.thumbnails import thumbnail
+from quadstep.page.thumbnails import first_panel, thumbnail
 
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; "
@@ -152,9 +152,11 @@ def answer(root: Path, target: str, share: str = "") -> Answer:
             return Answer(HTTPStatus.OK, KINDS[".svg" if path == "/thumbs" else ".html"], pages[path](), headers=listed)
         if path == "/favicon.ico":  # what browsers ask for of themselves
             return Answer(HTTPStatus.NO_CONTENT, KINDS[".txt"])
-        if path.startswith("/files/"):
-            kind = KINDS.get(PurePosixPath(unquote(path)).suffix.lower(), OTHER_KIND)
-            return Answer(HTTPStatus.OK, kind, file=open_file(root, path.removeprefix("/files/")))
+        start, _, name = path.removeprefix("/").partition("/")
+        if start in ("files", "panel"):
+            file, kind = open_file(root, name), KINDS.get(PurePosixPath(unquote(path)).suffix.lower(), OTHER_KIND)
+            drawn = {"text": first_panel(file)} if start == "panel" else {"file": file}
+            return Answer(HTTPStatus.OK, kind, **drawn, headers={"Content-Security-Policy": SANDBOXED})
         for start, (kind, drawn) in DRAWN.items():
             if path.startswith(start):
                 return Answer(HTTPStatus.OK, KINDS[kind], drawn(folder_below(root, path.removeprefix(start))))
@@ -291,7 +293,7 @@ class Handler(BaseHTTPRequestHandler):
             "X-Content-Type-Options": "nosniff",
             "Referrer-Policy": "no-referrer",
             "Cross-Origin-Resource-Policy": "same-origin",
-            "Content-Security-Policy": SANDBOXED if answer.file else POLICY,
+            "Content-Security-Policy": POLICY,
             **answer.headers,
         }.items():
             self.send_header(name, value)

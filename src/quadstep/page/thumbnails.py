@@ -1,7 +1,10 @@
-"""Pictures of flights, small enough for a card: the path flown over the path asked for, of one flight or of two."""
+"""Pictures for cards: of a flight the path flown over the path asked for, of one or two; of a study a panel of a figure."""
 
 import io
+import json
 import os
+import re
+from html import escape, unescape
 from itertools import pairwise
 
 import numpy as np
@@ -47,12 +50,61 @@ def thumbnail(*flights: tuple[io.BufferedReader, bool]) -> str:
         lines += [line(path, f'stroke="var(--{colour})" {dashes}stroke-width="1.6"'), f'<path d="{end}" {stroke}/>']
     letters = 13 if len(flights) == 1 else 8  # two are drawn twice as large
     said = f"{'xyz'[across]} {span[0]:.2g} m, {'xyz'[up]} {span[1]:.2g} m"
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDE:g} {HIGH:g}" fill="none" stroke-linecap="round" '
-        f'stroke-linejoin="round"><style>{colours.STYLE}</style>{"".join(lines)}'
-        f'<text x="{WIDE - 4:g}" y="{HIGH - 5:g}" text-anchor="end" font-family="sans-serif" font-size="{letters}" '
-        f'fill="var(--muted)">{said}</text></svg>'
+    caption = f'<text x="{WIDE - 4:g}" y="{HIGH - 5:g}" text-anchor="end" {written(letters)}>{said}</text>'
+    return stamped(f'<g fill="none" stroke-linecap="round" stroke-linejoin="round">{"".join(lines)}</g>{caption}')
+
+
+def stamped(content: str) -> str:
+    """Markup as an SVG of the size of a card's picture."""
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 {WIDE:g} {HIGH:g}">'
     )
+    return f"{head}<style>{colours.STYLE}{PLOT}</style>{content}</svg>"
+
+
+def written(letters: int) -> str:
+    """Attributes of text [px]."""
+    return f'font-family="sans-serif" font-size="{letters}" fill="var(--muted)"'
+
+
+PLOT = (
+    ".plot text, .plot [id^=legend], .plot [id^=xtick], .plot [id^=ytick] { display: none } "
+    ".plot path { vector-effect: non-scaling-stroke }"
+)
+"""Of a panel: its letters and ticks, which are too small, are left out; lines keep their width however it is stretched."""
+
+AXES, BODY = re.compile('<svg data-axes="([^"]*)"'), re.compile(r"<svg [^>]*>(.*)</svg>", re.DOTALL)
+LARGEST_FIGURE, TOP = 4_000_000, 20.0
+
+
+def first_panel(figure: io.BufferedReader) -> str:
+    """The first panel of a figure of ours, an SVG, as large as the card, its axes told in letters that can be read; another's
+    as it is. Raises ValueError for a file that is too large.
+    """
+    text = figure.read(LARGEST_FIGURE + 1).decode("utf-8", "replace")
+    if len(text) > LARGEST_FIGURE:
+        raise ValueError("too large")
+    try:
+        axes = json.loads(unescape(AXES.search(text)[1]))  # type: ignore[index]
+        one, body = axes[0], colours.themed(BODY.search(text)[1])  # type: ignore[index]
+        box = " ".join(f"{float(number):.2f}" for number in one["box"])
+        across = next((each["across"] for each in axes if each["across"] and each["box"][0] == one["box"][0]), "")
+        below, above = range_text(across, one["x"]), range_text(one["up"], one["y"])
+    except (TypeError, ValueError, KeyError, IndexError, RecursionError):
+        return text
+    return stamped(
+        f'<svg class="plot" x="10" y="{TOP:g}" width="{WIDE - 20.0:g}" height="{HIGH - TOP - 22.0:g}" viewBox="{box}" '
+        f'preserveAspectRatio="none">{body}</svg><text x="10" y="14" {written(12)}>{above}</text>'
+        f'<text x="{WIDE - 10:g}" y="{HIGH - 6:g}" text-anchor="end" {written(12)}>{below}</text>'
+    )
+
+
+def range_text(label: str, axis: dict[str, float]) -> str:
+    """An axis in words, as markup: what, from where to where, in which unit."""
+    name, _, unit = label.partition(" [")
+    if not name:
+        return ""
+    return escape(f"{name}: {axis['low']:.3g} to {axis['high']:.3g} {unit.removesuffix(']')}".replace("-", "\u2212").strip())
 
 
 def line(points: NDArray[np.float64], style: str) -> str:

@@ -30,7 +30,7 @@ from quadstep.metrics.requirements import Requirement, with_full_names
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.check import check
 from quadstep.mission.fields import Positive, Section, Several, plain
-from quadstep.mission.read import read_mission
+from quadstep.mission.read import CLASS, read_mission, refuse_others
 from quadstep.mission.schema import Mission
 from quadstep.page.sharing import Access
 from quadstep.report.publish import as_text
@@ -163,7 +163,9 @@ class Room:
     """A class and its queue. Raises UserError for a class, a mission or a metric that cannot be flown."""
 
     def __init__(self, file: Path, root: Path) -> None:
-        self.section = check(ClassSection, read_toml(file), str(file), file.parent)
+        content = read_toml(file)
+        refuse_others(content, CLASS, str(file))
+        self.section = check(ClassSection, content, str(file), file.parent)
         check_names(file, self.section.students)
         place = file.parent / self.section.mission
         self.mission, self.text = read_mission(place), files.read_text(place, files.TOML)

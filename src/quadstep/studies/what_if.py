@@ -26,7 +26,7 @@ from quadstep.io.parts import code_digest
 from quadstep.linear.grade import whole_grade
 from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.data_files import briefly
-from quadstep.mission.presets import preset_names
+from quadstep.mission.listings import preset_names, vehicle_named
 from quadstep.mission.read import check_mission
 from quadstep.report import units
 from quadstep.report.evidence import Evidence
@@ -146,7 +146,9 @@ def question(asked: Question, law: type[Controller], folder: Path) -> Content:
     table: Content = {"type": law.name}
     if asked.file != law.name:
         table["parameters"] = str(folder / asked.file)
-    place = {"preset": asked.vehicle} if asked.vehicle in preset_names() else {"file": str(folder / asked.vehicle)}
+    vehicle_named(asked.vehicle)  # whose fault is named as that of what was typed
+    in_file = asked.vehicle.endswith(".toml") and asked.vehicle not in preset_names()
+    place = {"file": str(folder / asked.vehicle)} if in_file else {"preset": asked.vehicle}
     return {
         "name": f"{Path(asked.file).stem}: {', '.join(f'{name} = {value:g}' for name, value in asked.changes.items())}",
         "vehicle": place,
