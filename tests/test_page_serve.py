@@ -15,6 +15,7 @@ from html import unescape
 from itertools import pairwise
 from pathlib import Path
 from urllib.parse import quote
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -29,8 +30,10 @@ from quadstep.page.comparison import conditions, row, words
 from quadstep.page.folder import manifest, names_files, open_result, plan_again, read_log, results
 from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
+from quadstep.report.drawing import FigureJob
 from quadstep.report.markup import Fact, page_text, summary
-from quadstep.report.sheet import sheet
+from quadstep.report.panel import Panel
+from quadstep.report.sheet import Sheet, sheet
 from quadstep.studies.advise import advise, advise_dropped
 from quadstep.studies.fly import fly_mission
 from tests.commands import heeding_interrupts
@@ -43,6 +46,7 @@ MISSION = """
 name = "A <b>bold</b> name & more"
 path = { type = "minimum-jerk", end = [0.0, 0.0, 1.0], duration = 1.0 }
 """
+SVG = "{http://www.w3.org/2000/svg}"
 SECRET = "a secret beside the folder"
 
 
@@ -790,6 +794,35 @@ def test_a_qr_code_is_drawn_where_its_extra_is_there_and_else_named(monkeypatch)
     assert qr_drawing("http://x/") == ""
     with pytest.raises(UserError, match="the QR code needs segno; install it"):
         qr_text("http://x/")
+
+
+def test_a_study_is_listed_with_a_panel_of_its_figure_whose_axes_are_told(tmp_path):
+    (tmp_path / "report.html").write_text("<p>A report</p>")
+    panels = [Panel("speed", "m/s", {"v": np.linspace(1.0, 300.0, 50)}), Panel("e_{x}", "m", {"e": np.ones(50)})]
+    FigureJob("convergence", "", np.linspace(0.0, 10.0, 50), panels, 1).draw(tmp_path, Sheet(("svg",)))
+    listed = answer(tmp_path, "/").text
+    assert 'src="/panel/convergence.svg"' in listed and "Pictures of studies: the first panel" in listed
+    assert "Pictures of flights" not in listed
+    found = answer(tmp_path, "/panel/convergence.svg")
+    assert (found.status, found.kind) == (200, "image/svg+xml")
+    assert "sandbox" in found.headers["Content-Security-Policy"], "a figure may be another's, with a script"
+    root = ElementTree.fromstring(found.text)
+    *said, plot = [one.text for one in root.findall(f"{SVG}text")], root.find(f"{SVG}svg")
+    assert [re.sub("[−\\d.]+", "N", one) for one in said[0]] == ["speed: N to N m/s", "time: N to N s"]
+    told = json.loads(unescape(re.search('data-axes="([^"]*)"', (tmp_path / "convergence.svg").read_text())[1]))[0]
+    assert [float(one) for one in plot.get("viewBox").split()] == pytest.approx(told["box"], abs=0.01)
+    assert float(said[0][0].split()[-2]) == pytest.approx(told["y"]["high"], rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "figure",
+    ["", "<svg></svg>", *(f'<svg data-axes="{one}"></svg>' for one in ("[]", "5", "[5]", "[" * 9999, "[{}]", "x"))],
+    ids=range(8),
+)
+def test_a_figure_that_is_not_ours_is_shown_as_it_is(tmp_path, figure):
+    (tmp_path / "chart.svg").write_text(figure)
+    assert answer(tmp_path, "/panel/chart.svg").text == figure
+    assert answer(tmp_path, "/panel/none.svg").status == 404
 
 
 LOG = "t[s],x[m],y[m],z[m],x_d[m],y_d[m],z_d[m]\n"

@@ -25,6 +25,9 @@ DROP = (
 LEGEND = (
     "Pictures of flights: the line is the path flown, the pale band the path asked for; a cross marks where a flight was lost."
 )
+PANELS = (
+    "Pictures of studies: the first panel of a figure; above it is what its vertical axis shows, below it the horizontal one."
+)
 
 
 def part(name: str, package: str = "quadstep.page") -> str:
@@ -40,7 +43,8 @@ def list_page(root: Path, folders: list[ResultFolder], share: str = "") -> str:
     else:
         cards = "".join(card(result) for result in sorted(folders, key=lambda one: -one.changed))
         together = '<a class="together" id="together" hidden></a>'
-        legend = "" if all(one.kind != "Flight" for one in folders) else paragraph(LEGEND)
+        flights = [one.kind == "Flight" for one in folders if one.picture or one.kind == "Flight"]
+        legend = paragraph(f"{LEGEND * any(flights)} {PANELS * (not all(flights))}".strip()) if flights else ""
         body = [bar(folders), legend, f'<ul class="cards" id="cards">{cards}</ul>', together, part("results.js")]
     drop = [] if share else [DROP, part("dropped.js")]
     return page_text(f"Results in {root.name or root}", [share, *body, *drop], "Results", part("results.css"))

@@ -36,6 +36,7 @@ POLICY = (
 LISTED = f"{POLICY}; connect-src 'self'"
 """Of the list, which sends logs that are dropped on it."""
 SANDBOXED = f"{POLICY}; sandbox allow-scripts allow-downloads"
+THEIRS = {"Content-Security-Policy": SANDBOXED}
 """Of files, which others may have written: their scripts run in an origin of their own, not in that of the list."""
 KINDS = {
     ".html": "text/html; charset=utf-8",
@@ -154,9 +155,9 @@ def answer(root: Path, target: str, share: str = "") -> Answer:
             return Answer(HTTPStatus.NO_CONTENT, KINDS[".txt"])
         start, _, name = path.removeprefix("/").partition("/")
         if start in ("files", "panel"):
-            file, kind = open_file(root, name), KINDS.get(PurePosixPath(unquote(path)).suffix.lower(), OTHER_KIND)
-            drawn = {"text": first_panel(file)} if start == "panel" else {"file": file}
-            return Answer(HTTPStatus.OK, kind, **drawn, headers={"Content-Security-Policy": SANDBOXED})
+            file, what = open_file(root, name), KINDS.get(PurePosixPath(unquote(path)).suffix.lower(), OTHER_KIND)
+            text, sent = ("", file) if start == "files" else (first_panel(file), None)
+            return Answer(HTTPStatus.OK, what, text, sent, THEIRS)
         for start, (kind, drawn) in DRAWN.items():
             if path.startswith(start):
                 return Answer(HTTPStatus.OK, KINDS[kind], drawn(folder_below(root, path.removeprefix(start))))

@@ -6,12 +6,13 @@ import os
 import re
 from html import escape, unescape
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.io.files import LONGEST_LINE
-from quadstep.report import colours
+from quadstep.report import colours, units
 
 ROWS = 240
 """Of a log that are drawn."""
@@ -81,16 +82,16 @@ def first_panel(figure: io.BufferedReader) -> str:
     """The first panel of a figure of ours, an SVG, as large as the card, its axes told in letters that can be read; another's
     as it is. Raises ValueError for a file that is too large.
     """
-    text = figure.read(LARGEST_FIGURE + 1).decode("utf-8", "replace")
+    with figure:
+        text = figure.read(LARGEST_FIGURE + 1).decode("utf-8", "replace")
     if len(text) > LARGEST_FIGURE:
         raise ValueError("too large")
     try:
-        axes = json.loads(unescape(AXES.search(text)[1]))  # type: ignore[index]
-        one, body = axes[0], colours.themed(BODY.search(text)[1])  # type: ignore[index]
+        one = json.loads(unescape(AXES.search(text)[1]))[0]  # type: ignore[index]
+        body = colours.themed(BODY.search(text)[1])  # type: ignore[index]
         box = " ".join(f"{float(number):.2f}" for number in one["box"])
-        across = next((each["across"] for each in axes if each["across"] and each["box"][0] == one["box"][0]), "")
-        below, above = range_text(across, one["x"]), range_text(one["up"], one["y"])
-    except (TypeError, ValueError, KeyError, IndexError, RecursionError):
+        below, above = range_text(one["across"], one["x"]), range_text(one["up"], one["y"])
+    except (AttributeError, TypeError, ValueError, KeyError, IndexError, RecursionError):
         return text
     return stamped(
         f'<svg class="plot" x="10" y="{TOP:g}" width="{WIDE - 20.0:g}" height="{HIGH - TOP - 22.0:g}" viewBox="{box}" '
@@ -99,12 +100,14 @@ def first_panel(figure: io.BufferedReader) -> str:
     )
 
 
-def range_text(label: str, axis: dict[str, float]) -> str:
+def range_text(label: str, axis: dict[str, Any]) -> str:
     """An axis in words, as markup: what, from where to where, in which unit."""
     name, _, unit = label.partition(" [")
     if not name:
         return ""
-    return escape(f"{name}: {axis['low']:.3g} to {axis['high']:.3g} {unit.removesuffix(']')}".replace("-", "\u2212").strip())
+    numbers = f"{units.number(axis['low'], 2)} to {units.number(axis['high'], 2)}"
+    said = f"{re.sub('[{}]', '', name)}: {numbers} {unit.removesuffix(']')}".strip()
+    return escape(said if axis["kind"] == "linear" else f"{said}, logarithmic")
 
 
 def line(points: NDArray[np.float64], style: str) -> str:

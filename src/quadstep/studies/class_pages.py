@@ -84,8 +84,10 @@ def student_news(room: Room, member: Member) -> str:
     own, goal = own_number(room), room.own.numbers.get(room.ground.metric, 0.0)
     beaten = "" if own == "–" or (member.value is not None and member.value < goal) else f" Beat {own}."
     task = f'<p class="answer">{escape(member.name)}: fly “{escape(room.mission.name)}” with the smallest {words}.{beaten}</p>'
-    whose = "The path, and the flight of the class's own gains"
-    path = f'<figure><img src="/path.svg" alt=""><figcaption>{whose}</figcaption></figure>' if room.own.grade else ""
+    number = member.latest.number if member.latest else 0
+    mine = f"<b>Solid: your attempt {number}.</b> Dashed: the class's own gains." if number else "Line: the class's own gains."
+    whose = f"{mine} Pale band: the path asked for."
+    path = f'<figure><img src="/path.svg?{number}" alt=""><figcaption>{whose}</figcaption></figure>' if room.own.grade else ""
     waiting = f' data-waits="yes">{escape(member.message)}' if member.waits else f">{escape(member.message)}"
     ranked = room.board()
     best = (

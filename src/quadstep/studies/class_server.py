@@ -16,7 +16,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from quadstep.io import files
 from quadstep.io.errors import UserError
-from quadstep.page.serve import KINDS, LISTED, SANDBOXED, Answer, Handler, Server, bound_server, stamp
+from quadstep.page.serve import KINDS, LISTED, THEIRS, Answer, Handler, Server, bound_server, stamp
 from quadstep.page.sharing import Access
 from quadstep.studies.class_flight import LOG_NAME, MISSION_NAME, PAGE_NAME
 from quadstep.studies.class_pages import (
@@ -90,7 +90,7 @@ class ClassHandler(Handler):
             "/mission.toml": lambda: Answer(HTTPStatus.OK, KINDS[".toml"], self.room.text),
             "/live": lambda: self.page(live(self.room, member, parse_qs(urlsplit(self.path).query).get("unfolded", ()))),
             "/try": lambda: file_answer(self.room.own_folder / PAGE_NAME),
-            "/path.svg": self.path_picture,
+            "/path.svg": lambda: self.path_picture(member),
         }
         if path in shared:
             return shared[path]()
@@ -145,10 +145,11 @@ class ClassHandler(Handler):
             return Answer(HTTPStatus.OK, KINDS[".txt"], attempt.text)
         return file_answer(of.folder / number / name) if of and attempt else NOTHING
 
-    def path_picture(self) -> Answer:
-        """The flight of the class's mission as it is."""
+    def path_picture(self, member: Member | None) -> Answer:
+        """A student's latest flight over that of the class's mission as it is, as far as there are such."""
+        mine = [member.folder / f"{member.latest.number}"] if member and member.latest else []
         try:
-            return Answer(HTTPStatus.OK, KINDS[".svg"], stamp(self.room.own_folder))
+            return Answer(HTTPStatus.OK, KINDS[".svg"], stamp(*mine, self.room.own_folder))
         except (UserError, ValueError, OSError):  # not flown yet, or a path that cannot be drawn
             return NOTHING
 
@@ -177,7 +178,7 @@ def file_answer(place: Path) -> Answer:
     if not files.is_file(place):
         return NOTHING
     opened = files.opened(place, files.PAGE if place.name == PAGE_NAME else files.LOG, links=False)
-    return Answer(HTTPStatus.OK, KINDS[place.suffix], file=opened, headers={"Content-Security-Policy": SANDBOXED})
+    return Answer(HTTPStatus.OK, KINDS[place.suffix], file=opened, headers=THEIRS)
 
 
 def refused(status: HTTPStatus, sentence: str) -> Answer:
