@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -121,7 +122,7 @@ def test_a_cell_leads_to_its_flight(case):
     _, out = case
     report, page = (out / "report.html").read_text(), (out / "flights.html").read_text()
     assert all(f'href="flights.html#flight=flight-{cell}"' in report for cell in range(24))
-    assert '"path duration = 3, disturbance scale = 2, nets off"' in page, "cell 21"
+    assert '"path duration = 3\\u00a0s, disturbance scale = 2\\u00a0times Eq. 67, nets off"' in page, "cell 21"
     assert "see the flight of that cell" in report
 
 
@@ -156,7 +157,7 @@ def test_errors_are_said_to_be_those_of_flyable_cells_or_of_coloured_ones(tmp_pa
     asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2", flights=4)
     cells = made([[[4, 4, 3], [2, 1, 0]]], [[[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]], flights=4)
     found = Envelope(asked._replace(random=True), cells, [MapPanel("", 6, 2, 0.5, {}, (0.1, 0.2))])
-    said = " goes from 100 mm (path duration = 1 and disturbance scale = 0) to 200 mm (path duration = 2"
+    said = " goes from 100 mm (path duration = 1 s and disturbance scale = 0 times Eq. 67) to 200 mm (path duration = 2 s"
     assert f"Where it can be flown, the median position RMSE{said}" in answer(found).replace("\N{NO-BREAK SPACE}", " ")
     told = "from 100 mm to 400 mm; lighter means larger. {}: 2 cells in which fewer than half of the flights succeed."
     causes = np.zeros_like(cells.causes)
@@ -172,8 +173,8 @@ def test_an_axis_that_makes_no_difference_is_named(tmp_path):
     cells = Cells(1, False, np.zeros((1, 2, 2, 6), int), np.ones((1, 2, 2), int), rmse, rmse, rmse, np.zeros((1, 2, 2), int))
     found = Envelope(asked, cells, [MapPanel("", 4, 4, 1.0, {}, (1.0, 2.0))])
     said = (
-        "Where it can be flown, the position RMSE goes from 1.00 m (path duration = 2 and vehicle mass = 1) to 2.00 m (path "
-        "duration = 3 and vehicle mass = 1)."
+        "Where it can be flown, the position RMSE goes from 1.00 m (path duration = 2 s and vehicle mass = 1 kg) to 2.00 m "
+        "(path duration = 3 s and vehicle mass = 1 kg)."
     )
     assert said in answer(found).replace("\N{NO-BREAK SPACE}", " ")
     assert answer(found).endswith(" No result depends on vehicle mass.")
@@ -190,6 +191,32 @@ def test_without_a_limit_flyable_is_said_to_be_to_the_end_only(tmp_path):
     assert said in " ".join(run.out.split())
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "can be flown (success means reaching the end, however large the error): the map shows no limit" in report
+
+
+def test_the_answer_says_where_the_map_can_be_flown_and_where_not(tmp_path):
+    """Of any map, each cell that the first sentence names is as it says; values are told apart by the digits shown."""
+    random, seen = np.random.default_rng(3), set()
+    asked = request(write(tmp_path, LINE), "path.duration=2:8:8", "vehicle.mass=1:1.1:4")
+    for _ in range(400):
+        corner = random.integers(-1, 9), random.integers(-1, 5)
+        rows, columns = np.mgrid[:4, :8]
+        good = (columns >= corner[0]) & (rows <= corner[1]) ^ (random.random((4, 8)) < random.choice([0.0, 0.0, 0.03]))
+        flyable = (good ^ bool(random.integers(2)))[None].astype(int)
+        count = int(flyable.sum())
+        first = answer(Envelope(asked, made(flyable, np.ones_like(flyable)), [MapPanel("", 32, count, 0.5, {}, (1.0, 1.0))]))
+        first = first.replace("\N{NO-BREAK SPACE}", " ").partition(" Where it")[0]
+        assert first.startswith({0: "None of the 32", 32: "Every one of the 32"}.get(count, f"{count} of 32"))
+        for what, said in re.findall(r"(all|none) where (.*?)(?=, none|[.]$)", first):
+            for clause in said.split(" or "):
+                axis, index = (asked.x, columns) if "duration" in clause else (asked.y, rows)
+                at = [axis.shown(one).split("\N{NO-BREAK SPACE}")[0] for one in axis.values]
+                low, *high = (at.index(one) for one in re.findall(r"[0-9]+(?:[.][0-9]+)?", clause))
+                how = re.search(r"is (at most|at least|from|)", clause)[1]
+                named = {"at most": index <= low, "at least": index >= low, "": index == low}
+                where = named[how] if how in named else (index >= low) & (index <= high[0])
+                assert set(flyable[0][where]) == {int(what == "all")}, first
+            seen.add(what)
+    assert seen == {"all", "none"}
 
 
 def test_the_same_map_again_is_the_same_whatever_the_span(case, tmp_path, monkeypatch):

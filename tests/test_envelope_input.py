@@ -58,7 +58,7 @@ def envelope(folder, *options, x=X, y=Y, file=None):
     ("path.end.3=1:2:3", ["path.end.3", "entry 3 does not exist", "0 to 2"]),
     ("path.duration.x=1:2:3", ["path.duration.x", "cannot be inside"]),
     ("controller.type=backstepping,nothing", ["controller.type", "unknown value 'nothing'", "nested-saturation"]),
-    ("controller.nets.neurons=1:2:4", ["controller.nets.neurons", "integer"]),
+    ("controller.nets.neurons=1:2:4", ["controller.nets.neurons", "a whole number"]),
     ("vehicle.mass=-1:1:3", ["vehicle.mass", "greater than 0"]),
     ("vehicle.mass=1:-1:3", ["below b"]),
     ("vehicle.kinematics=1:2:3", ["vehicle.kinematics", "standard"]),

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quadstep.metrics.statistics import share
 from quadstep.mission.fields import words
@@ -17,8 +18,8 @@ from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.single import FlownAgain, flown_again, write_flights
 from quadstep.studies.campaign.store import parquet
-from quadstep.studies.envelope_map import CAUSES, FLYABLE, Cells, cells_of, coloured, draw_map, in_brief, in_words, table
-from quadstep.studies.envelope_request import Request, Value, as_typed
+from quadstep.studies.envelope_map import CAUSES, FLYABLE, Cells, cells_of, coloured, draw_map, in_brief, table
+from quadstep.studies.envelope_request import MapAxis, Request, Value
 from quadstep.studies.study import Flown, Study
 
 DATA, PICTURE = "envelope.parquet", "envelope"
@@ -87,7 +88,7 @@ class Map(Study[Envelope]):
         """The same, called by the values of its cell."""
         if one.replay is None:
             return one
-        name = ", ".join(in_words(axis.key, cast("Value", one.replay.values[axis.key])) for axis in reversed(self.asked.axes))
+        name = ", ".join(axis.told(cast("Value", one.replay.values[axis.key])) for axis in reversed(self.asked.axes))
         return one._replace(replay=one.replay._replace(mission=one.replay.mission.model_copy(update={"name": name})))
 
 
@@ -105,8 +106,12 @@ def watched(request: Request) -> list[int]:
 
 def settings(request: Request) -> list[tuple[str, str]]:
     axes = [
-        (words(one.key), f"{len(one.values)} values of {one.key} from {as_typed(one.values[0])} to {as_typed(one.values[-1])}")
+        (
+            words(one.key),
+            f"{len(one.values)} values of {one.key} from {one.shown(one.values[0])} to {one.shown(one.values[-1])}",
+        )
         for one in reversed(request.axes)
+        for last in [len(one.values) - 1]
     ]
     return [
         ("mission", str(request.campaign.defaults["name"])),
@@ -123,7 +128,7 @@ def panels(request: Request, cells: Cells) -> Iterator[MapPanel]:
         flyable, rmse = cells.flyable[place], cells.rmse[place][cells.flyable[place]]
         counts = zip(CAUSES, cells.causes[place].reshape(-1, len(CAUSES)).sum(axis=0).tolist(), strict=True)
         yield MapPanel(
-            in_words(request.by.key, request.by.values[place]) if request.by else "",
+            request.by.told(request.by.values[place]) if request.by else "",
             flyable.size,
             int(flyable.sum()),
             float(cells.share[place].mean()),
@@ -157,17 +162,46 @@ def keys(request: Request) -> list[str]:
 
 def answer(envelope: Envelope) -> str:
     """How much of the map can be flown, in a sentence."""
-    asked = envelope.asked
-    plural = "" if max(one.cells for one in envelope.panels) == 1 else "s"
-    over = f"combination{plural} of {words(asked.x.key)} and {words(asked.y.key)}"
+    asked, cells = envelope.asked, envelope.panels[0].cells
+    over = f"combinations of {words(asked.x.key)} and {words(asked.y.key)}"
     same = "" if asked.random or asked.flights == 1 else " Nothing is random here: all flights of a cell are identical."
     how, more = f"{asked.campaign.meaning}{most_of(asked)}", f"{same}{ends(envelope)}{idle(envelope)}"
-    if all(one.flyable == one.cells for one in envelope.panels):
-        whole = f"Every one of the {envelope.panels[0].cells} {over} can be flown{how}"
-        return f"{whole}: the map shows no limit.{more}"
-    first, *others = [(f"{one.flyable} of {one.cells}", f" with {one.name}" if one.name else "") for one in envelope.panels]
-    parts = [f"{first[0]} {over} can be flown{first[1]}", *(f"{count}{where}" for count, where in others)]
-    return f"{', '.join(parts)}{how}.{more}"
+    names = [f" with {one.name}" if one.name else "" for one in envelope.panels]
+    if asked.cells == 1:
+        at = f"{asked.x.told(asked.x.values[0])} and {asked.y.told(asked.y.values[0])}{names[0]}"
+        can = "can" if envelope.cells.flyable.all() else "cannot"
+        return f"The one combination of this map, {at}, {can} be flown{how}.{more}"
+    if envelope.cells.flyable.all():
+        return f"Every one of the {cells} {over} can be flown{units.listed(names)}{how}: the map shows no limit.{more}"
+    if not envelope.cells.flyable.any():
+        return f"None of the {cells} {over} can be flown{units.listed(names)}{how}.{more}"
+    first, *others = [f"{one.flyable} of {cells}" for one in envelope.panels]
+    parts = [f"{first} {over} can be flown{names[0]}", *map("".join, zip(others, names[1:], strict=True))]
+    return f"{', '.join(parts)}{how}{borders(envelope)}.{more}"
+
+
+def borders(envelope: Envelope) -> str:
+    """Where along the axes of numbers all of the map can be flown and where none of it, in a clause after a colon."""
+    asked, flyable = envelope.asked, envelope.cells.flyable
+    axes = [(one, flyable.swapaxes(place, 0).reshape(len(one.values), -1)) for one, place in ((asked.x, 2), (asked.y, 1))]
+    parts = []
+    for what, good in (("all", True), ("none", False)):
+        found = [span(axis, (cells == good).all(axis=1)) for axis, cells in axes if axis.ranged]
+        where = [one for one in found if one]
+        parts += [f"{what} where {units.listed(where, 'or')}"] if where else []
+    return f": {', '.join(parts)}" if parts else ""
+
+
+def span(axis: MapAxis, line: NDArray[np.bool_]) -> str:
+    """The values at which a line holds, if they follow one another, in a clause; else nothing."""
+    at = np.flatnonzero(line)
+    if not at.size or at[-1] - at[0] >= at.size:
+        return ""
+    low, high, last = axis.shown(axis.values[at[0]]), axis.shown(axis.values[at[-1]]), len(axis.values) - 1
+    if at.size == 1:
+        return f"the {words(axis.key)} is {low}"
+    how = f"at most {high}" if at[0] == 0 else f"at least {low}" if at[-1] == last else f"from {low} to {high}"
+    return f"the {words(axis.key)} is {how}"
 
 
 def ends(envelope: Envelope) -> str:
@@ -180,7 +214,7 @@ def ends(envelope: Envelope) -> str:
     told = []
     for found in (np.nanargmin(shown), np.nanargmax(shown)):
         where = np.unravel_index(found, shown.shape)
-        at = units.listed([in_words(one.key, one.values[where[place]]) for one, place in axes])
+        at = units.listed([one.told(one.values[where[place]]) for one, place in axes])
         told.append(f"{units.quantity(float(shown[where]), 'm')} ({at})")
     what = f"{'median ' if asked.flights > 1 else ''}position RMSE"
     return f" Where it can be flown, the {what} goes from {told[0]} to {told[1]}."

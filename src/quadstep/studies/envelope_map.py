@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.metrics.requirements import unit
 from quadstep.metrics.statistics import Estimate, share
-from quadstep.mission.fields import label, words
+from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import PHONE, Sheet
@@ -43,11 +43,6 @@ CAUSES = (OVER_LIMIT, *OUTCOMES[1:])
 """Why a flight does not succeed: it completed, but failed by a limit of the user's; or it ended early."""
 
 MEDIAN, MEAN = (RMSE.replace("[", f"_{what}[") for what in ("median", "mean"))
-
-
-def in_words(key: str, value: float | str) -> str:
-    """A value of a key in words: "nets off", "path duration = 4"."""
-    return f"{words(key)} {'on' if value else 'off'}" if isinstance(value, bool) else f"{words(key)} = {as_typed(value)}"
 
 
 class Cells(NamedTuple):
@@ -208,7 +203,7 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Ma
             draw_panel(axes, request, cells, place, norm)
             link_cells(axes, request, place, links)
             if request.by:
-                axes.set_title(in_words(request.by.key, request.by.values[place]))
+                axes.set_title(request.by.told(request.by.values[place]))
         for axes in grid.flat[max(0, count - columns) : count]:
             axes.set_xlabel(label(mission, request.x.key))
             axes.tick_params(labelbottom=True)
@@ -287,7 +282,7 @@ def tell_cells(axes: Axes, request: Request, cells: Cells, place: int) -> None:
     across, up = edges(request.x).tolist(), edges(request.y).tolist()
     for (row, column), good in np.ndenumerate(cells.share[place]):
         where = ((request.x, column), (request.y, row))
-        name = ", ".join(in_words(axis.key, axis.values[i]) for axis, i in where)
+        name = ", ".join(axis.told(axis.values[i]) for axis, i in where)
         rmse, cause = float(cells.rmse[place, row, column]), int(cells.cause[place, row, column])
         told = [("succeed", percent(float(good)))] if cells.flights > 1 else []
         told += [("position RMSE", quantity(rmse, "m"))] if math.isfinite(rmse) else []

@@ -11,9 +11,10 @@ from quadstep.io import files
 from quadstep.io.documents import read_toml
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.mission.distributions import MOST_OPTIONS, Grid
-from quadstep.mission.fields import MOST
+from quadstep.mission.fields import MOST, unit, words
 from quadstep.mission.read import check_mission
 from quadstep.numbers.functions import evenly_spaced
+from quadstep.report.units import unit_suffix
 from quadstep.studies.campaign.planner import Planner
 from quadstep.studies.campaign.schema import NOT_FLOWN, Campaign, CampaignFile, campaign_of, read_campaign
 
@@ -28,12 +29,26 @@ WORDS = {"true": True, "false": False}
 
 
 class MapAxis(NamedTuple):
-    """One direction of the map. option: where the user gave it. ranged: evenly spaced numbers, not a list."""
+    """One direction of the map. option: where the user gave it. ranged: evenly spaced numbers, not a list. unit: of these."""
 
     option: str
     key: str
     values: tuple[Value, ...]
     ranged: bool
+    unit: str = ""
+
+    def shown(self, value: Value) -> str:
+        """A value for people, with its unit: of evenly spaced ones the digits that tell neighbours apart, else all."""
+        said = as_typed(value)
+        if self.ranged and isinstance(value, float | int):
+            step = (float(self.values[-1]) - float(self.values[0])) / (len(self.values) - 1)
+            said = f"{round(value, max(0, 1 - math.floor(math.log10(step)))) + 0.0:.10g}"
+        return f"{said}{unit_suffix(self.unit or '-')}"
+
+    def told(self, value: Value) -> str:
+        """A value in words: "nets off", "path duration = 4 s"."""
+        said = ("off", "on")[value] if isinstance(value, bool) else f"= {self.shown(value)}"
+        return f"{words(self.key)} {said}"
 
     @property
     def whole(self) -> bool:
@@ -210,7 +225,7 @@ def fitted(base: Campaign, axes: list[MapAxis]) -> list[MapAxis]:
             tried_with = "" if text.startswith("cannot vary ") else f"with {said:.120}: "
             refused = refused or UserError(f"{base.source}: {tried_with}{text}")
         else:
-            return list(tried)
+            return [axis._replace(unit=unit(base.mission, axis.key)) for axis in tried]
     assert refused
     raise refused
 
