@@ -251,7 +251,7 @@ def test_a_loop_is_not_called_sound_where_a_resonance_beyond_what_was_excited_ha
     found = evidence("flight", "flight.ulg", flight, now, behind, None, advice, {})
     hidden = r"a resonance near 4\d(\.\d)? Hz, whose gain may be up to about 0.\d+ by the noise"
     assert re.search(rf", unless {hidden} \(in simulations, at most 3 dB more\), leaves less", found.answer)
-    assert "may leave less: excite to beyond it, or fly longer, as a longer record hides less" in found.more[0]
+    assert "may leave less: excite to beyond it, or fly longer: a longer record hides less" in found.more[0]
     assert (found.record["grade"], found.record["hidden_resonance"]["gain"] > HIDDEN) == ("unknown", True)
     assert "so does this one" not in " ".join(found.sentences)
 
@@ -401,7 +401,7 @@ def test_margins_of_motions_that_took_motors_to_a_limit_are_said_to_be_those_and
     calm = MeasuredLoop(phase, up, down, (), 1.0, 90.0)
     assert (calm.grade, calm._replace(limited=True).grade) == ("sound", "unknown")
     said = next_steps(excited(path, None), calm._replace(limited=True), None)[0]
-    assert said.endswith("but in motions that took motors to a limit: fly gentler ones. No change is advised.")
+    assert said.endswith("but in motions that drove motors to a limit: fly more gently. No change is advised.")
 
 
 def test_a_hover_in_gusts_is_no_excitation(tmp_path):

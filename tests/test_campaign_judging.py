@@ -140,7 +140,7 @@ def test_points_of_a_grid_flown_often_have_no_intervals(tmp_path):
     assert run.refused
     assert "--require: its flights are points of a grid, without noise, and say nothing about others" in run.err
     run = fly(path, out)
-    assert "Its 60 flights are 2 points of a grid, without noise, so nothing is statistical." in run.out
+    assert "Its 60 flights are 2 points of a grid, without noise, so there are no statistics." in run.out
     assert "95 %" not in run.out
     assert "[" not in run.out.partition("Position RMSE")[2]
     assert manifest(out)["summary"]["points"] == 2
@@ -168,7 +168,7 @@ def test_flights_that_leave_points_of_a_grid_out_show_nothing_of_the_campaign(tm
 def test_one_flight_of_which_nothing_is_drawn_is_no_grid(tmp_path):
     path, out = tmp_path / "camp.toml", tmp_path / "out"
     path.write_text(f"flights = 1\n{CALM}")
-    assert "It is one flight, which shows no share." in fly(path, out).out
+    assert "It is a single flight, which gives no success rate." in fly(path, out).out
     required = fly(path, tmp_path / "other", "--require", "0.5")
     assert required.refused
     assert "--require: its flights do not differ and say nothing about others" in required.err
@@ -178,7 +178,9 @@ def test_one_flight_shows_no_share_though_it_is_drawn_at_random(tmp_path):
     path, out = tmp_path / "camp.toml", tmp_path / "out"
     path.write_text(f"flights = 1\n{CALM}sensors = {{ gyro_noise = 0.01 }}\n")
     run = fly(path, out)
-    assert re.search(r"1 flight: it succeeds.*\. It is one flight, which shows no share\.", " ".join(run.out.split()))
+    assert re.search(
+        r"1 flight: it succeeds.*\. It is a single flight, which gives no success rate\.", " ".join(run.out.split())
+    )
     assert "95 %" not in run.out
     assert fly(path, tmp_path / "other", "--require", "0.5").code == 4
 

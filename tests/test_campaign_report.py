@@ -254,10 +254,10 @@ def test_copies_of_one_flight_are_said_to_be_that(tmp_path, unflown):
         text, _ = reported(
             tmp_path / str(count), "", count, metrics=lambda _, flights: np.full((len(flights), len(METRICS)), 0.5)
         )
-        assert text.count(f"Its {count} flights do not differ, so nothing is statistical.") == 2 * said
+        assert text.count(f"Its {count} flights do not differ, so there are no statistics.") == 2 * said
         assert ("Nothing varies from flight to flight." in text) == said
         assert "95 %" not in text
-        assert text.count("It is one flight, which shows no share.") == 2 * (not said)
+        assert text.count("It is a single flight, which gives no success rate.") == 2 * (not said)
         assert (f"{count} flights: 100 % succeed." in text) == said
         assert "500 [500, 500] mm" not in text
     assert "do not differ" not in reported(tmp_path / "noisy", "", 8)[0]
@@ -510,13 +510,13 @@ def test_captions_over_a_key_say_where_fewest_succeed_and_what_may_be_chance():
 
     clear = said(Estimate(0.5, 0.4, 0.6), Estimate(0.9, 0.7, 1.0), Estimate(0.9, 0.7, 1.0))
     assert clear.startswith(
-        "Vehicle mass: fewest flights succeed from 0.6 to 0.8 kg, 50 %; most from 0.8 to 1 kg and from 1 to 1.2 kg, "
-        "90 %. Of those that"
+        "Vehicle mass: the success rate is lowest from 0.6 to 0.8 kg, 50 %; it is highest from 0.8 to 1 kg and from 1 to "
+        "1.2 kg, 90 %. Of those that"
     )
     assert "between 200 mm from 0.8 to 1 kg and 900 mm from 1 to 1.2 kg." in clear
     assert "may be chance" in said(Estimate(0.5, 0.4, 0.75), Estimate(0.9, 0.7, 1.0), Estimate(0.9, 0.7, 1.0))
     near = said(Estimate(0.5, 0.4, 0.6), Estimate(0.55, 0.45, 0.65), Estimate(0.9, 0.7, 1.0))
-    assert "0.8 kg, 50 %, and not significantly more from 0.8 to 1 kg; most from 1 to 1.2 kg, 90 %." in near
+    assert "0.8 kg, 50 %, and not significantly higher from 0.8 to 1 kg; it is highest from 1 to 1.2 kg, 90 %." in near
     assert "from 0.6 to 0.8 kg and from 0.8 to 1 kg, 50 %" in said(
         Estimate(0.5, 0.4, 0.6), Estimate(0.5, 0.4, 0.6), Estimate(0.9, 0.7, 1.0)
     )
@@ -526,7 +526,7 @@ def test_captions_over_a_key_say_where_fewest_succeed_and_what_may_be_chance():
 def test_largest_errors_that_are_the_starts_own_are_said_to_be_from_more_than_half_of_the_flights_on():
     offsets = np.array([1.0, 0.5, 0.0, 2.0])
     most = report_text.from_the_start(np.array([1.0, 0.5, 0.0, 2.0]), offsets, True)
-    assert most.startswith("In 3 of 4 completed flights the largest error is that of the start")
+    assert most.startswith("In 3 of 4 completed flights the largest error is the one at the start")
     assert "`score_from`" in most
     assert "score_from" not in report_text.from_the_start(offsets, offsets, False)  # which the paper's plant does not have
     assert report_text.from_the_start(np.array([1.0, 0.5, 0.0, 2.1]), offsets, True) == ""

@@ -365,7 +365,7 @@ def test_what_varies_without_an_effect_makes_copies_of_one_flight(tmp_path):
     path = written(tmp_path, wind, still + "[wind]\nmean = [1.0, 0.0, 0.0]\n", "flights = 32\n")
     run = fly(path, tmp_path / "out")
     assert run.code == 0, run.err
-    assert "Its 32 flights do not differ, so nothing is statistical." in run.out
+    assert "Its 32 flights do not differ, so there are no statistics." in run.out
     assert "95 %" not in run.out
 
 

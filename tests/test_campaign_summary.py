@@ -120,8 +120,8 @@ def test_all_good_and_only_one():
     found = summarise(Made([through(0.1)]))
     assert tuple(found.success) == pytest.approx((1.0, 0.025, 1.0))
     assert found.spreads[0].quantiles[0.5].value == 0.1
-    assert sentences(found)[:2] == ["1 flight: it succeeds.", "It is one flight, which shows no share."]
-    alone = "The only flight succeeded. It is one flight, which shows no share."
+    assert sentences(found)[:2] == ["1 flight: it succeeds.", "It is a single flight, which gives no success rate."]
+    alone = "The only flight succeeded. It is a single flight, which gives no success rate."
     assert [answer(found), answer(found._replace(decision="Shown."))] == [alone, f"Shown. {alone}"]
     late = found._replace(flights=2, meaning=" (the first 9.9 s are not counted)")
     assert sentences(late)[0].startswith("2 flights: 100 % succeed (the first 9.9 s are not counted); ")
@@ -216,7 +216,7 @@ def test_the_manifest_has_the_same_numbers():
 @pytest.mark.parametrize("chunks", [1, 2])
 @pytest.mark.parametrize("one", [through(0.1), through(0.1, success=False), lost(2.0, 0.5, 1.0), lost(0.0)])
 def test_flights_that_do_not_differ_are_said_to_be_copies(one, chunks):
-    said = "Its 3 flights do not differ, so nothing is statistical."
+    said = "Its 3 flights do not differ, so there are no statistics."
     found = summarise(Made([one] * 3, chunks=chunks))
     assert said in sentences(found)
     assert "95 %" not in " ".join(sentences(found))

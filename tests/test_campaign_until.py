@@ -73,7 +73,7 @@ def test_it_ends_where_the_probability_is_above_and_says_what_to_do(tmp_path):
     assert "Not met: 0.5 of the flights or more fail." in run.out
     assert " flights failed (limit: largest error 1e-09 m): a probability from " in run.out
     assert "with 95 % confidence: shown not to be so; the probability is from " in " ".join((run.out + run.err).split())
-    assert "Next: see the report" in run.out
+    assert "Next: the report shows" in run.out
 
 
 def test_undecided_it_says_the_command_that_goes_on(tmp_path):

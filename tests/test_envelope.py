@@ -145,7 +145,7 @@ def test_a_limit_of_something_else_and_a_single_flight_of_many_are_said(tmp_path
         " (success means reaching the end with effort thrust at most 1e+09 N, however large the error)"
     )
     assert most_of(asked) == ""
-    assert most_of(asked._replace(random=True)) == " in the one flight of each, which chance varies"
+    assert most_of(asked._replace(random=True)) == " in the one flight of each, whose outcome is partly chance"
     for flights, said in (
         (4, "all 4 flights of each succeeded (95 % interval from 39.8 %)"),
         (20, "at least 19 of 20 flights"),
@@ -157,7 +157,7 @@ def test_errors_are_said_to_be_those_of_flyable_cells_or_of_coloured_ones(tmp_pa
     asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2", flights=4)
     cells = made([[[4, 4, 3], [2, 1, 0]]], [[[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]], flights=4)
     found = Envelope(asked._replace(random=True), cells, [MapPanel("", 6, 2, 0.5, {}, (0.1, 0.2))])
-    said = " goes from 100 mm (path duration = 1 s and disturbance scale = 0 times Eq. 67) to 200 mm (path duration = 2 s"
+    said = " ranges from 100 mm (path duration = 1 s and disturbance scale = 0 times Eq. 67) to 200 mm (path duration = 2 s"
     assert f"Where it can be flown, the median position RMSE{said}" in answer(found).replace("\N{NO-BREAK SPACE}", " ")
     told = "from 100 mm to 400 mm; lighter means larger. {}: 2 cells in which fewer than half of the flights succeed."
     causes = np.zeros_like(cells.causes)
@@ -173,7 +173,7 @@ def test_an_axis_that_makes_no_difference_is_named(tmp_path):
     cells = Cells(1, False, np.zeros((1, 2, 2, 6), int), np.ones((1, 2, 2), int), rmse, rmse, rmse, np.zeros((1, 2, 2), int))
     found = Envelope(asked, cells, [MapPanel("", 4, 4, 1.0, {}, (1.0, 2.0))])
     said = (
-        "Where it can be flown, the position RMSE goes from 1.00 m (path duration = 2 s and vehicle mass = 1 kg) to 2.00 m "
+        "Where it can be flown, the position RMSE ranges from 1.00 m (path duration = 2 s and vehicle mass = 1 kg) to 2.00 m "
         "(path duration = 3 s and vehicle mass = 1 kg)."
     )
     assert said in answer(found).replace("\N{NO-BREAK SPACE}", " ")

@@ -137,7 +137,7 @@ def test_a_loop_that_changes_with_time_has_the_worst_grade_of_its_flight():
     assert len(found.later) == 1
     assert 1.0 < found.later[0] < 2.0
     assert (
-        f"The loop changes with time: this is the worst of what it is at the start and at t = {found.later[0]:.3g} s"
+        f"The loop changes with time: this is the worst of the loops at the start and at t = {found.later[0]:.3g} s"
         in sentences(found)[1]
     )
     assert record(found, [])["changes_until[s]"] == list(found.later)

@@ -19,7 +19,7 @@ def test_a_path_that_takes_more_thrust_than_there_is_is_named():
     # centripetal acceleration 4 pi^2 r / T^2 = 2437 m/s^2 on 2.28 kg, speed 2 pi r / T = 3491 m/s
     assert said.startswith("path: this vehicle cannot fly it: at ")
     assert "it takes 5560 N" in said
-    assert " of thrust, and all rotors together have 48.5 N; its greatest speed is 3.49e+03 m/s" in said
+    assert " of thrust, and all rotors together give at most 48.5 N; the path's greatest speed is 3.49e+03 m/s" in said
 
 
 def test_a_path_three_times_too_fast_is_named_and_one_that_can_be_flown_is_not():

@@ -44,7 +44,7 @@ def test_a_change_that_breaks_the_loop_is_told_so(tmp_path):
 def test_a_parameter_without_effect_changes_no_flight_by_a_bit(tmp_path):
     done = answer(asked(pid_rate__omzFiltCut=40.0), tmp_path / "out")  # of a filter that is off
     assert re.search(
-        r"\) nothing that was flown differs by a bit from before, .* they do not show what it does\. "
+        r"\) no flight differs from before by a single bit, .* they do not show what the change does\. "
         r"There the loop at rest stays fragile .*, and 0 \[",
         done.answer,
     )

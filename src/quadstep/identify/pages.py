@@ -63,7 +63,7 @@ def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet) -
     again = with_signals("again", [flight_picture(one, place) for place, one in enumerate(result.flown)], sheet)
     estimates = with_signals("estimate", [estimate_picture(one, place) for place, one in enumerate(result.estimates)], sheet)
     flown, estimated = ([figure_of(out, job, sheet) for job in jobs] for jobs in (again, estimates))
-    caption = "Mean prediction error against the time ahead: the vehicle helps where its line is below both guesses."
+    caption = "Mean prediction error over the horizon: the vehicle model helps where its line lies below both guesses."
     rest = [*flown[1:], *estimated[1:]]
     several = "s" * (max(len(flown), len(estimated)) > 2)
     more = [markup.heading(f"The other flight{several}", "others")] if rest else []
@@ -214,7 +214,7 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
                 first = panel
                 panel.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1)
             panel.set_ylabel(f"{turn} rate [°/s per √Hz]")
-    return Figure(name, "Spectra of the rates and of what predictions miss of them: the vehicle explains a frequency as far "
+    return Figure(name, "Spectra of the rates and of their prediction residuals: the model explains a frequency as far "
                         "as the residual is below the measurement.")  # fmt: skip
 
 

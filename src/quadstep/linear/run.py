@@ -240,8 +240,8 @@ def off_the_step(moves: list[StepResponse]) -> str:
     if "yaw" not in off:
         return said
     return (
-        f"{said} The path steps the heading, to which the nose points, by 1; where a vehicle leans, as in wind, its yaw as an "
-        "Euler angle turns by another amount. Overshoot and settling time are relative to where a response rests."
+        f"{said} The path steps the heading, to which the nose points, by 1; where a vehicle leans, as in wind, its yaw, an "
+        "Euler angle, changes by a different amount. Overshoot and settling time are relative to where a response rests."
     )
 
 

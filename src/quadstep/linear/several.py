@@ -152,7 +152,7 @@ def write(out: Path, done: Several, path: Path, sheet: Sheet) -> Evidence:
     if done.at and rows:
         (out / FIGURES).mkdir()
         label, over = ("time [s]", "over time") if done.kind == "instants" else ("flight", "in each flight")
-        lowest = "what is lowest has the least margin"
+        lowest = "the lowest curve has the least margin"
         figures.append(Figure(f"{FIGURES}/margins", f"Margins of each channel {over}: {lowest}."))
         pairs = zip(done.at, done.found, strict=True)
         drawn = [(at, one) for at, (_, one) in pairs if isinstance(one, Analysis) and one.stable]

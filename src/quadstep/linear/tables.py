@@ -35,7 +35,7 @@ BENT = "The loop is not differentiable at rest: {1}. The margins are the worst o
 
 NEAR = "The loop has a kink near its rest, beyond which its slopes differ ({}). Margins are the worst of those at rest and {}."
 
-LATER = "The loop changes with time: this is the worst of what it is at the start and at t = {} s of the flight."
+LATER = "The loop changes with time: this is the worst of the loops at the start and at t = {} s of the flight."
 
 SHOWN = 10
 """Most poles in a table, the slowest first; the files have all."""

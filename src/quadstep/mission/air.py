@@ -70,8 +70,8 @@ class WindSection(Section):
         turbulence = self.turbulence
         if turbulence and turbulence.strength and turbulence.airspeed is None and not any(self.mean):
             return [
-                "wind.turbulence: without a mean wind its gusts stand still, and one blows all the time; "
-                "airspeed [m/s] says how fast they pass"
+                "wind.turbulence: without a mean wind the gusts stand still, so that a single one blows all the time; "
+                "airspeed [m/s] sets how fast they pass"
             ]
         return []
 

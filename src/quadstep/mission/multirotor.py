@@ -127,7 +127,7 @@ def event_warnings(
     """
     reach = max(Vector(place).norm() for place in places)
     late = [
-        f"events[{place}].time: {event.time:g} s is just before the end, {duration:g} s: the flight does not show what follows"
+        f"events[{place}].time: {event.time:g} s is just before the end at {duration:g} s, so its effect hardly shows"
         for place, event in enumerate(events)
         if duration - event.time < TOO_LATE
     ]

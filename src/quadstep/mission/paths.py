@@ -243,6 +243,6 @@ def beyond_thrust(path: BuiltPath, duration: float, mass: float, gravity: float,
     fastest = np.max(Vector(found.velocity).norm())
     needs, has = (f"{float(f'{one:.3g}'):g} N" for one in (taken, most_thrust))
     return [
-        f"path: this vehicle cannot fly it: at {at:.3g} s it takes {needs} of thrust, and all rotors together have "
-        f"{has}; its greatest speed is {fastest:.3g} m/s (lengths are in m, times in s)"
+        f"path: this vehicle cannot fly it: at {at:.3g} s it takes {needs} of thrust, and all rotors together give at most "
+        f"{has}; the path's greatest speed is {fastest:.3g} m/s (lengths are in m, times in s)"
     ]

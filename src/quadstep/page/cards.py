@@ -23,7 +23,7 @@ DROP = (
 
 
 LEGEND = (
-    "Pictures of flights: the line is the path flown, the pale band the path asked for; a cross marks where a flight was lost."
+    "Pictures of flights: the line is the path flown, the pale band the desired path; a cross marks where a flight was lost."
 )
 PANELS = (
     "Pictures of studies: the first panel of a figure; above it is what its vertical axis shows, below it the horizontal one."

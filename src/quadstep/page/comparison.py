@@ -71,7 +71,7 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         key = "".join(
             f'<i class="{one}" style="color: var(--{one})"></i>{page}' for one, page in zip(COLOURS, pages, strict=True)
         )
-        shown = f'<img alt="" src="/thumbs?{escape(places)}"><figcaption>{key}<i class="band"></i>path asked for</figcaption>'
+        shown = f'<img alt="" src="/thumbs?{escape(places)}"><figcaption>{key}<i class="band"></i>desired path</figcaption>'
         body.append(f'<div class="two"><figure>{shown}</figure></div>')
         with suppress(UserError):  # a log that cannot be read, or drawn
             body.append(errors_figure(quoted, contents, [root / one.place for one in results]))
@@ -85,7 +85,7 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         if flights:
             body.append(markup.links([(f"/both?{places}", "Both flights on one page")]))
             body.append(markup.paragraph(f"They fly different {things}, so they are not overlaid."))
-    body += [markup.heading("All numbers" if keys else "What their reports begin with", "numbers")] if rows else []
+    body += [markup.heading("All numbers" if keys else "What their reports say first", "numbers")] if rows else []
     body += [markup.table(header, rows, escape)] if rows else []
     body += [markup.paragraph("Metrics that are 0 in both are omitted.")] if len(keys) < len(every) else []
     return markup.page_text(

@@ -21,7 +21,7 @@ from quadstep.world.air import Wind
 if TYPE_CHECKING:
     from quadstep.mission.multirotor import MultirotorMission
 
-BELIEVES = "The vehicle's; the controller keeps its own value."
+BELIEVES = "Changes only the vehicle; the controller keeps its own value."
 
 LONGEST_TICKS = 300_000
 """Steps of the longest flight that the page flies."""
@@ -239,7 +239,7 @@ def vehicle_controls(mission: LagrangeMission) -> list[Control]:
             Component("least", least, (parameter("vehicle.rotors.minimum"),)),
             Component("greatest", greatest, (parameter("vehicle.rotors.maximum"),)),
         ]
-        controls.append(from_zero("limits", "thrust limits of a rotor", "N", limits, 2.0 * greatest, "The same for all."))
+        controls.append(from_zero("limits", "thrust limits of a rotor", "N", limits, 2.0 * greatest, "For every rotor."))
     return controls
 
 
@@ -249,7 +249,7 @@ def disturbance_controls(mission: LagrangeMission, disturbance: object) -> list[
         return number_sliders(disturbance, "disturbance")
     weight = mission.vehicle.mass * mission.vehicle.gravity
     times = one(disturbance.scale, parameter("disturbance.scale"))
-    hint = "1 is the paper's, which has almost no effect in its own cases."
+    hint = "1 is the paper's disturbance, which has almost no effect in the paper's own cases."
     force, torque = (
         vector_components(disturbance.force, AXES, "disturbance.force"),
         vector_components(disturbance.torque, ANGLES, "disturbance.torque"),

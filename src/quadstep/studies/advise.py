@@ -273,7 +273,7 @@ def sentence(flight: Excited, now: MeasuredLoop) -> str:
     known = now.up is not None, now.down is not None or now.floor is not None
     ways = zip(("up", "down"), known, now.gains(" dB"), strict=True)
     gains = [f"{way} by {one}" if is_known else f"{way}wards {one}" for way, is_known, one in ways]
-    by = "By the plant that was fitted, the" if now.by_plant else "The"
+    by = "According to the fitted plant, the" if now.by_plant else "The"
     if flight.changed:
         by = f"{listed(flight.changed)} changed in this log, so these may be the margins of no single loop. {by}"
     if now.limited:
@@ -297,7 +297,7 @@ def next_steps(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Seq
         first = f"A sound loop has {asked}, and so does this one {where}"
         first += "" if now.hidden else "; a resonance beyond is not judged"
     elif now.sound and not now.by_plant and now.limited:
-        first = f"It has the {asked} of a sound loop {where}, but in motions that took motors to a limit: fly gentler ones"
+        first = f"It has the {asked} of a sound loop {where}, but in motions that drove motors to a limit: fly more gently"
     elif now.sound and not now.by_plant and now.hidden:
         first = f"It has the {asked} of a sound loop {where}, but {less_left(now.hidden)}"
     else:
@@ -316,7 +316,7 @@ def next_steps(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Seq
 
 def less_left(hidden: HiddenResonance) -> str:
     """What noise may hide, and what excludes it."""
-    longer = ", or fly longer, as a longer record hides less" if hidden.gain < 1.0 else ""
+    longer = ", or fly longer: a longer record hides less" if hidden.gain < 1.0 else ""
     return f"{hidden.words} may leave less: excite to beyond it{longer}"
 
 

@@ -217,7 +217,7 @@ def ends(envelope: Envelope) -> str:
         at = units.listed([one.told(one.values[where[place]]) for one, place in axes])
         told.append(f"{units.quantity(float(shown[where]), 'm')} ({at})")
     what = f"{'median ' if asked.flights > 1 else ''}position RMSE"
-    return f" Where it can be flown, the {what} goes from {told[0]} to {told[1]}."
+    return f" Where it can be flown, the {what} ranges from {told[0]} to {told[1]}."
 
 
 def idle(envelope: Envelope) -> str:
@@ -242,7 +242,7 @@ def most_of(request: Request) -> str:
         flights, low = enough(request)
         sure = f" (95 % interval from {units.percent(low)})" if request.random else ""
         return f", that is, {flights} of each succeeded{sure}"
-    return " in the one flight of each, which chance varies" if request.random else ""
+    return " in the one flight of each, whose outcome is partly chance" if request.random else ""
 
 
 def enough(request: Request) -> tuple[str, float]:

@@ -47,7 +47,7 @@ def write_report(
     sections: list[Section] = [markup.links(places)]
     if "position" in metrics:
         said = of_size(log, metrics, mission.scored_from)
-        said += f"Counted{counted}; figures show all of the flight. " if counted else ""
+        said += f"Counted{counted}; figures show the whole flight. " if counted else ""
         sections.append(TableSection("Errors", "errors", HEADER, error_rows(metrics), said + ("" if seen else off)))
     if drawn[IN_SUMMARY:]:
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]

@@ -115,20 +115,20 @@ def evidence(
     lost = f"{units.percent(*failed[1])} are lost or drift by more than {question.within:g} m"
     answer = (
         f"{units.percent(*failed[1])} of {units.counted(question.flights, 'flight')} fail with the change, "
-        f"{units.percent(*failed[0])} before{compared(failed[2])}. Flown {air}; a flight fails that is lost or drifts by more "
-        f"than {question.within:g} m. With {changed_words(changed)} {grade_words(sides)}{better_or_worse(seen)}."
+        f"{units.percent(*failed[0])} before{compared(failed[2])}. Flown {air}; a flight fails if it is lost or drifts by "
+        f"more than {question.within:g} m. With {changed_words(changed)} {grade_words(sides)}{better_or_worse(seen)}."
     )
     if idle(sides):
         answer = (
-            f"With {changed_words(changed)} nothing that was flown differs by a bit from before, neither {gusts}, nor a step "
-            f"of {STEP:g} m: they do not show what it does. There {grade_words(sides)}, and {lost}."
+            f"With {changed_words(changed)} no flight differs from before by a single bit, neither {gusts} nor a step "
+            f"of {STEP:g} m: they do not show what the change does. There {grade_words(sides)}, and {lost}."
         )
     number = units.number
     rows_of_changes = [(name, number(old), number(new), f"{gain.unit}; {gain.meaning}") for name, gain, old, new in changed]
     tables = [
         TableSection(
             "Before and after", "both", ("", *SIDES, "difference"), [one[:4] for one in seen],
-            "All without intervals but those of differences, which are paired, over flights completed with both.",
+            "Only differences have intervals; they are paired, over flights completed with both.",
             shown="In gusts, at rest, and in a step in calm air",
         ),
         TableSection("What changes", "changes", ("parameter", "before", "after", ""), rows_of_changes),

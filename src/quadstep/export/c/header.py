@@ -143,8 +143,8 @@ def prototypes(exported: Exported) -> list[tuple[str, str, str]]:
         (
             "enter",
             f"uint32_t {name}_enter({given}, const {name}_reference *reference)",
-            "/** Instead of start() to take over in flight: what measured has as thrust and torque, which another controller\n"
-            " * commands now, goes on where the reference is the present motion, as it is to be here. */",
+            "/** Instead of start(), to take over in flight: give as thrust and torque in measured what the other controller\n"
+            " * commands now, and as reference the present motion. The law continues from that command. */",
         ),
         *(
             (

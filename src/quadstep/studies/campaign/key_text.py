@@ -110,8 +110,8 @@ def over_key(key: str, unit: str, bins: Bins, shown: ByKey) -> str:
         )
         chance = worst.high >= max(one.low for _, one in others)
         near = [place for place, one in shown.good.items() if one.low <= worst.high and worst.value < one.value < best]
-        also = f", and not significantly more {groups(near)}" if near and not chance else ""
-        said = f"fewest flights succeed {fewest}{also}; most {most_succeed}"
+        also = f", and not significantly higher {groups(near)}" if near and not chance else ""
+        said = f"the success rate is lowest {fewest}{also}; it is highest {most_succeed}"
         said += ", which may be chance: the 95 % intervals overlap." if chance else "."
     if len(shown.errors) > 1:
         ends = [edge(shown.errors, key=lambda place: shown.errors[place][1]) for edge in (min, max)]

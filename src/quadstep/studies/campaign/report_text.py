@@ -121,7 +121,7 @@ def ended(summary: CampaignSummary) -> dict[str, int]:
 def most_often(summary: CampaignSummary) -> str:
     """What to see of how the flights ended."""
     name, count = max(ended(summary).items(), key=lambda one: one[1])
-    early = " The second part: when flights were lost." if len(summary.outcomes.keys() - {OUTCOMES[0]}) else ""
+    early = " The second part shows when flights were lost." if len(summary.outcomes.keys() - {OUTCOMES[0]}) else ""
     return f"Most often, in {count} of {units.counted(summary.flights, 'flight')}: {name}.{early}"
 
 
@@ -132,7 +132,7 @@ def medians(summary: CampaignSummary) -> str:
         for one in summary.spreads
     ]
     return (
-        f"Half of the completed flights have {units.listed(half)}. Above: how many flights have which error; below: the share "
+        f"Half of the completed flights have {units.listed(half)}. Above: the number of flights by error; below: the share "
         "of all flights, lost ones included, whose error is larger. Dashed: the limit, if there is one."
     )
 
@@ -191,9 +191,9 @@ def from_the_start(largest: NDArray[np.float64], offsets: NDArray[np.float64], c
     count = int(((offsets > 0.0) & np.isclose(largest, offsets, rtol=1e-6, atol=0.0)).sum())
     if 2 * count <= len(largest):
         return ""
-    said = f"In {count} of {units.counted(len(largest), 'completed flight')} the largest error is that of the start"
+    said = f"In {count} of {units.counted(len(largest), 'completed flight')} the largest error is the one at the start"
     said += ", which is off the path."
-    return f"{said} `score_from` in the mission leaves the first seconds out." if can_leave_out else said
+    return f"{said} Set `score_from` in the mission to leave the first seconds out." if can_leave_out else said
 
 
 def worst(

@@ -222,7 +222,7 @@ def following(decided: DecidedRun, file: Path) -> list[str]:
     if decided.below:
         return []
     if decided.above:
-        return ["Next: see the report for what failures depend on, and replay the worst; with another controller, start over."]
+        return ["Next: the report shows what failures depend on; replay the worst. Another controller needs a new campaign."]
     more = next(look for look in looks(target) if look.flights > last.look.flights)
     expected = last.rate.value * more.flights
     if more.flights > MOST_FLIGHTS:
@@ -230,7 +230,7 @@ def following(decided: DecidedRun, file: Path) -> list[str]:
     if expected > more.failures:
         return [
             f"Next: the following look, at {more.flights} flights, allows {more.failures} failures; at the rate so "
-            f"far expect {expected:.0f}, so success is unlikely. See the report for what failures depend on."
+            f"far expect {expected:.0f}, so success is unlikely. The report shows what failures depend on."
         ]
     again = command("campaign", file, "--resume", "--until", f"{target:g}", "--flights", more.flights)
     return [f"Next: {again}, which succeeds if no more than {more.failures} flights fail; expect {expected:.0f}."]

@@ -23,18 +23,18 @@ FEWEST = 20
 
 FEW = "too few flights for a 95 % interval"
 
-COPIES = "Its {} flights do not differ, so nothing is statistical."
+COPIES = "Its {} flights do not differ, so there are no statistics."
 """Of a campaign of copies of one flight, whatever varies: wind, say, on a vehicle without drag."""
 
-POINTS = "Its {} flights are {} of a grid, without noise, so nothing is statistical."
+POINTS = "Its {} flights are {} of a grid, without noise, so there are no statistics."
 """Of a campaign in which nothing is drawn at random."""
 
-FIRST = "Its {} flights are only the first of a grid of {} points, so nothing is statistical."
-ROUNDS = "Its {} flights do not cover its grid of {} points evenly, so nothing is statistical."
+FIRST = "Its {} flights are only the first of a grid of {} points, so there are no statistics."
+ROUNDS = "Its {} flights do not cover its grid of {} points evenly, so there are no statistics."
 """Of a campaign that flies some points of its grid more often than others."""
 
 
-SINGLE = "It is one flight, which shows no share."
+SINGLE = "It is a single flight, which gives no success rate."
 
 
 class MetricQuantiles(NamedTuple):

@@ -16,7 +16,7 @@ from quadstep.studies.tuning.objective import NEGLIGIBLE
 
 LOST, NOTHING = "lost", "-"
 
-ALIKE, ONCE = "all identical, so nothing is statistical", "since nothing is random and more would be identical"
+ALIKE, ONCE = "all identical, so there are no statistics", "since nothing is random and more would be identical"
 """Of flights that do not differ: many, and one that stands for all."""
 
 SAME_FLIGHTS = {

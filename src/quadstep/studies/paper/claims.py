@@ -76,8 +76,8 @@ def compensation(study: PaperStudy) -> Claim:
         "nonlinearities compensated by the nets",
         "This is in spite of the unknown nonlinearities, which are effectively compensated by the neural networks (Case 1).",
         f"Case 1 is no test of the nets: its disturbance is at most {disturbance:.1e} N, and the RMSE is {1e6 * without:.0f} "
-        f"µm with nets off and {1e6 * with_nets:.1f} µm with nets on. In faster flights at scale 1, nets divide the RMSE by "
-        f"{min(ratios.values()):.0f} to {max(ratios.values()):.0f}.",
+        f"µm with nets off and {1e6 * with_nets:.1f} µm with nets on. In faster flights at scale 1, nets cut the RMSE "
+        f"by a factor of {min(ratios.values()):.0f} to {max(ratios.values()):.0f}.",
         ClaimVerdict.UNDECIDED,
         {"largest_disturbance[N]": disturbance, "rmse_nets_on[m]": with_nets, "rmse_nets_off[m]": without,
          "rmse_ratio_off_to_on": ratios},

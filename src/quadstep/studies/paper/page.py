@@ -75,7 +75,7 @@ LOOKS = {
     "angles match their commands": Spot(("case1",), ("attitude", "attitude-error"), "The attitude error."),
     "inputs realisable": Spot(("case1",), ("thrust", "torque", "rotors"), "Thrust, torques and the rotor forces."),
     "tau_psi = 0": Spot(("case1",), ("torque",), "tau_psi compared with tau_theta: small, but not zero."),
-    "decoupling in x": Spot(("case2",), ("position-error", "attitude", "torque"), "y, z, phi and tau_phi stay silent."),
+    "decoupling in x": Spot(("case2",), ("position-error", "attitude", "torque"), "y, z, phi and tau_phi do not respond."),
     "decoupling in y and z": Spot(("case2-y", "case2-z"), ("position-error", "torque"), "The axes that should not move."),
     "better z tracking than [11]": Spot(BOTH_3, ("position", "position-error"), "z_d - z of both controllers."),
     "smaller x and y error than [11]": Spot(BOTH_3, ("position-error",), "x and y, from half a metre off."),

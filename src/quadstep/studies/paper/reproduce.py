@@ -158,7 +158,7 @@ def choices() -> list[Ruling]:
     nets = gains["nets"]
     position, attitude = (", ".join(f"{one:g}" for one in CASE_3_START[part]) for part in ("position", "attitude"))
     return [
-        Ruling("T_eta", vehicle.kinematics, "the printed one violates Newton-Euler; with Sigma = 5 I both fly alike"),
+        Ruling("T_eta", vehicle.kinematics, "the printed one violates Newton-Euler; with Sigma = 5 I both fly identically"),
         Ruling("C(eta, eta_dot)", "C eta_dot by Eq. 2", "Christoffel's C gives the same and is the one the proof needs"),
         Ruling("Eq. 67", "row products", "sums give tau_psi = 0.93 N m in Case 1, which the paper says is 0"),
         Ruling("rotor arm l, factor c", f"{vehicle.rotors.arm:g} m, {vehicle.rotors.moment:g} m", "only f_i depends on them"),

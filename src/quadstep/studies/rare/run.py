@@ -47,7 +47,7 @@ READING = (
     "this with different random numbers, and the interval comes from their scatter.",
     "The interval assumes log-normal replicates (Cox's interval for the mean, Student's quantile). It does not account for a "
     "failure mode that no replicate found: that is what the plain Monte Carlo flights and second opinions are for. Nor "
-    "does it say whether the keys are distributed as in the campaign, and a small probability depends on the tails.",
+    "does it say whether the keys really vary as the campaign assumes, and a small probability depends on the tails.",
     "Noise is redrawn: in subset simulation half of the candidates get new noise and the others keep their "
     "predecessor's; with cross-entropy every flight has its own. Unlike the keys, it is not steered towards failure.",
 )

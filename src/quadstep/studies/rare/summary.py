@@ -126,7 +126,7 @@ def warnings(summary: RareSummary) -> list[str]:
     none = int((own == 0.0).sum())
     if none:
         said.append(
-            f"{none} of {len(own)} replicates found no failure: the score does not lead there, or hardly any flight fails. "
+            f"{none} of {len(own)} replicates found no failure: the score does not lead to one, or hardly any flight fails. "
             "Use another score (rare.score) or more flights per level (rare.flights)."
         )
     elif own.max() > APART * own.min():
@@ -144,7 +144,7 @@ def warnings(summary: RareSummary) -> list[str]:
             )
     if summary.again is not None and summary.again < FEW_AGAIN:
         said.append(
-            f"Noise decides: only {100 * summary.again:.2g} % of the failures fail again with different noise, which "
+            f"Noise decides: only {100 * summary.again:.2g} % of the failed flights fail again with different noise, which "
             "is redrawn and not steered towards failure. Expect little saving over plain Monte Carlo flights."
         )
     return said
@@ -190,5 +190,5 @@ def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[s
         )
     lines.append(f"Plain Monte Carlo flights: {summary.crude.sentence}.")
     if summary.again is not None:
-        lines.append(f"{100 * summary.again:.3g} % of the flights that failed fail again with different noise.")
+        lines.append(f"{100 * summary.again:.3g} % of the failed flights fail again with different noise.")
     return lines
