@@ -448,7 +448,7 @@ def test_few_flights_lose_nothing_and_decide_nothing(tmp_path):
     assert "With so few flights no difference can be significant: 1 pair takes at least 6 flights each." in result.out
     assert result.out.count("4 flights are too few for an interval of the median.") == 1
     assert " has the smallest median position RMSE (" in result.out and " but is not shown to be better than " in result.out
-    assert "At rest the loop of " in result.out and " is sound: " in result.out
+    assert "At rest where the path begins, the loop of " in result.out and " is sound: " in result.out
     assert "[-, -]" in (out / "report.html").read_text(encoding="utf-8")
     for text in (result.out, (out / "results.md").read_text(encoding="utf-8")):
         assert "lost]" not in text

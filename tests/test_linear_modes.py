@@ -50,12 +50,12 @@ def test_a_real_pole_that_rounding_splits_is_shown_as_two_equal_ones():
         (
             [f"attitude.{i}" for i in range(4)], ("x", "y", "z", "yaw"),
             ("integral.2", "velocity.1", "position.0", "velocity.0", "attitude.2", "rates.2", "observer.gain.1"),
-            "the law's integral along z, velocity along x and y, position along x, attitude about y and 2 more",
+            "the law's integral along z, velocity along x and y, position along x, attitude about y, and 2 more",
         ),
-        (["attitude.2"], ("x", "y", "z", "yaw"), ("attitude.0", "rates.2"), "angle of yaw, rate of roll"),
-        (["pitch"], ("x", "z"), ("position.1", "pitch"), "position along z, pitch"),
-        ([], ("x",), ("weights_1.0", "integral_1.0", "weights_1.9"), "weights of the first net, the integral of r1 along x"),
-        (["q.0"], ("z",), ("rates.0", "attitude.0"), "rates, attitude"),  # of a plant that says no more of them
+        (["attitude.2"], ("x", "y", "z", "yaw"), ("attitude.0", "rates.2"), "angle of yaw and rate of roll"),
+        (["pitch"], ("x", "z"), ("position.1", "pitch"), "position along z and pitch"),
+        ([], ("x",), ("weights_1.0", "integral_1.0", "weights_1.9"), "weights of the first net and the integral of r1 along x"),
+        (["q.0"], ("z",), ("rates.0", "attitude.0"), "rates and attitude"),  # of a plant that says no more of them
     ],
 )  # fmt: skip
 def test_states_are_said_in_words(names, pose, states, words):

@@ -12,7 +12,7 @@ from quadstep.metrics.off_command import off_command
 from quadstep.mission.read import read_mission
 from quadstep.page.build import fly_missions
 from quadstep.report.panels import left_path
-from quadstep.studies.flight_report import gain_rows, of_size, worst, write_report
+from quadstep.studies.flight_report import answer, gain_rows, of_size, worst, write_report
 from tests.commands import write
 from tests.needs import CHROMIUM, needs, package
 
@@ -119,9 +119,15 @@ def test_an_error_is_said_as_a_share_of_the_size_of_a_path_that_moves(turns, sin
     log = FlightLog(columns, np.concatenate([circle, circle[1:]]).T, Outcome.COMPLETED, 10.0, None)
     metrics = {"position_rmse[m]": share * 6.94, "relative_error": share}
     found = of_size(log, metrics, since).replace("\u00a0", " ")
-    assert (
-        re.fullmatch(r"The path's size is 6.94 m, .*; the position RMSE is 2 % of it. ", found) if turns > since else not found
-    )
+    said = answer(log, {**metrics, "outcome": "completed"}, size=found).replace("\u00a0", " ")
+    if turns > since:
+        assert re.fullmatch(r"The path's size is 6.94 m, .*m\). ", found)
+        assert said == "The flight completed 10 s with a position RMSE of 139 mm, 2 % of its path's size."
+        large = answer(log, {**metrics, "relative_error": 0.2, "outcome": "completed"}, size=found)
+        assert " mm. However, its error is large: 2" in large.replace("\u00a0", " ")
+    else:
+        assert not found
+        assert said == "The flight completed 10 s with a position RMSE of 139 mm."
     assert not of_size(log._replace(outcome=Outcome.SPINNING), metrics, since)
 
 

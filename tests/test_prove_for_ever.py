@@ -176,7 +176,7 @@ def test_estimates_that_nothing_moves_are_named():
 
 def test_states_are_named_in_words():
     words = SampledLoop(mission(type="geometric").plan()).in_words("integral.2", "velocity.0", "held.torque.1")
-    assert words == "the law's integral along z, velocity along x, held torque"
+    assert words == "the law's integral along z, velocity along x and held torque"
 
 
 def test_a_law_that_rests_on_an_edge_has_no_slopes_there():

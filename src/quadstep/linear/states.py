@@ -141,7 +141,8 @@ def in_words(states: Iterable[str], names: Sequence[str], pose: Sequence[str], m
         word, axis = words.get(name) or (quantity(name), "")
         found.setdefault(word, []).extend([axis] if axis else [])
     every = [f"{word} {listed(sorted(axes))}".strip() for word, axes in found.items()]
-    return listed([*every[:most], *([f"{len(every) - most} more"] if len(every) > most else [])])
+    *first, last = [*every[:most], *([f"{len(every) - most} more"] if len(every) > most else [])]
+    return f"{', '.join(first)}{',' * any(' and ' in one for one in every)} and {last}" if first else last
 
 
 def pose_names(plant: Plant) -> tuple[str, ...]:

@@ -70,7 +70,9 @@ def at_rest(rest: Mapping[str, str], whose: str = "its loop") -> str:
     if not rest:
         return ""
     why = f": {rest['why']}" if "why" in rest else ""
-    return f"no rest was found for {whose}{why}" if rest["grade"] == NO_REST else f"at rest {whose} is {rest['grade']}{why}"
+    if rest["grade"] == NO_REST:
+        return f"no rest was found for {whose}{why}"
+    return f"at rest where the path begins, {whose} is {rest['grade']}{why}"
 
 
 def at_rest_sentences(rest: Mapping[str, str], whose: str = "its loop") -> list[str]:

@@ -119,7 +119,8 @@ class Evidence(NamedTuple):
             *map(markup.paragraph, self.more),
             *(markup.paragraph(numerals(f"Warning: {one}"), escape) for one in self.warnings),
         ]
-        summary = markup.summary(" ".join([self.answer, *self.graded]), self.facts, [one.html(out) for one in self.figures])
+        figures, failed = [one.html(out) for one in self.figures], any(case.failure for case in self.cases)
+        summary = markup.summary(" ".join([self.answer, *self.graded]), self.facts, figures, failed)
         sections = [one if isinstance(one, str) else one.html(out) for one in self.sections]
         return markup.page_text(self.name, [summary, *texts, *sections], self.kind, fold=self.fold)
 

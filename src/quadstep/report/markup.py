@@ -166,10 +166,10 @@ def table(
     return f'<div class="scroll" tabindex="0"><table>{head}<tbody>\n{body}</tbody></table></div>'
 
 
-def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = ()) -> str:
+def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = (), failed: bool = False) -> str:
     """What a report begins with: the answer in one sentence, the numbers that say it, and up to three figures that show it.
 
-    answer: further sentences of it are set as text. figures: of `figure`.
+    answer: further sentences of it are set as text. figures: of `figure`. failed: whether it is no good news.
     """
     first, stop, more = answer.partition(". ")
     tiles = "".join(
@@ -178,7 +178,8 @@ def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = ()
         for one in facts
     )
     tiles = f'<dl class="facts">{tiles}</dl>' if tiles else ""
-    said = f'<p class="answer">{rich(first + stop.rstrip())}</p>{paragraph(more) if more else ""}'
+    begins = f'<span class="fails">{rich(first + stop.rstrip())}</span>' if failed else rich(first + stop.rstrip())
+    said = f'<p class="answer">{begins}</p>{paragraph(more) if more else ""}'
     return f'{said}{tiles}<div class="summary">{"".join(figures)}</div>'
 
 

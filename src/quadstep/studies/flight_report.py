@@ -13,7 +13,7 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.off_command import off_command
 from quadstep.metrics.quantities import FAR, moves, position_axes, position_errors
 from quadstep.metrics.registry import Metrics, group, metric, rest_of
-from quadstep.metrics.verdict import FlightGrade, graded
+from quadstep.metrics.verdict import Case, FlightGrade, graded
 from quadstep.mission.listings import rounded, written
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
@@ -42,11 +42,11 @@ def write_report(
     off = off_command(log, mission.controller.controller.off_command) if near and "position" in metrics else ""
     seen = [name for name in figures if Path(name).name == "attitude"]
     drawn = [Figure(name, f"{text} {off}".strip() if name in seen else text) for name, text in figures.items()]
-    counted = errors_since(mission)
+    counted, size = errors_since(mission), of_size(log, metrics, mission.scored_from) if "position" in metrics else ""
     places = [("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")]
     sections: list[Section] = [markup.links(places)]
     if "position" in metrics:
-        said = of_size(log, metrics, mission.scored_from)
+        said = size
         said += f"Counted{counted}; figures show the whole flight. " if counted else ""
         sections.append(TableSection("Errors", "errors", HEADER, error_rows(metrics), said + ("" if seen else off)))
     if drawn[IN_SUMMARY:]:
@@ -68,10 +68,11 @@ def write_report(
         *own_facts(mission, metrics),
     ]
     kept = log.outcome is not Outcome.COMPLETED and len(log.rows)
-    lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission))]
+    lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission), size)]
     first, *more = [*filter(None, lines), *([of_log(log, ending)] if kept else [])]
     found = Evidence(
         mission.name, "Flight", first, (), {}, measured, drawn[:IN_SUMMARY], sections, more=more, warnings=warnings, fold=(),
+        cases=(Case("flown", None if log.outcome is Outcome.COMPLETED else first),),
     )  # fmt: skip
     path.write_text(found.html(path.parent), encoding="utf-8")
 
@@ -86,24 +87,29 @@ def cut(mission: "Mission") -> str:
     return f"; {mission.cut}" if mission.cut else ""
 
 
-def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "") -> str:
-    """How it went, in a sentence. counted: from when errors are, see `errors_since`; and how much is flown, see `cut`."""
+def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", size: str = "") -> str:
+    """How it went, in a sentence. counted: from when errors are, see `errors_since`; and how much is flown, see `cut`. size:
+    of its path, if it has one.
+    """
     if log.outcome is not Outcome.COMPLETED:
         return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
     off, found = metrics.get("position_rmse[m]"), graded(metrics)
-    error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{counted}" if off is not None else ""
+    share = (
+        f", {units.percent(cast(float, metrics['relative_error']))} of its path's size" if size and not found.reasons else ""
+    )
+    error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{share}{counted}" if off is not None else ""
     return f"The flight completed {log.ended:g} s{error}. {found.sentence}".strip()
 
 
 def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
-    """What share of its path's size the RMSE of a completed flight is, with a blank; "" where the path is a point."""
+    """The size of a completed flight's path, of which its RMSE is a share, with a blank; "" where the path is a point."""
     share, off = metrics.get("relative_error"), metrics.get("position_rmse[m]")
     if log.outcome is not Outcome.COMPLETED or not (share and isinstance(share, float) and isinstance(off, float)):
         return ""
     if not moves(log.table(*(f"{axis}_d" for axis in position_axes(log)))[log.column("t") >= since]):
         return ""
     size = f"The path's size is {units.quantity(off / share, 'm')}, the RMSE of a vehicle that stays at the start"
-    return f"{size} (no error counts more than {FAR:g} m); the position RMSE is {units.percent(share)} of it. "
+    return f"{size} (no error counts more than {FAR:g} m). "
 
 
 KINDS = (
@@ -156,7 +162,7 @@ def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fa
     if "saturated_share" in metrics:
         found.append(markup.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), "of the time"))
     rest = rest_of(metrics) or {"grade": "not computed", "why": "quadstep linear takes the time that they need"}
-    return [*found, markup.Fact("margins at rest", rest["grade"], rest["why"])]
+    return [*found, markup.Fact("loop at rest where the path begins", rest["grade"], rest["why"])]
 
 
 def own_facts(mission: "Mission", metrics: Metrics) -> list[markup.Fact]:
