@@ -54,7 +54,7 @@ def test_a_real_pole_that_rounding_splits_is_shown_as_two_equal_ones():
         ),
         (["attitude.2"], ("x", "y", "z", "yaw"), ("attitude.0", "rates.2"), "angle of yaw and rate of roll"),
         (["pitch"], ("x", "z"), ("position.1", "pitch"), "position along z and pitch"),
-        ([], ("x",), ("weights_1.0", "integral_1.0", "weights_1.9"), "weights of the first net and the integral of r1 along x"),
+        ([], ("x",), ("weights_1.0", "integral_1.0", "weights_1"), "weights of the first net and the integral of r1 along x"),
         (["q.0"], ("z",), ("rates.0", "attitude.0"), "rates and attitude"),  # of a plant that says no more of them
     ],
 )  # fmt: skip
