@@ -107,7 +107,7 @@ def test_a_class_goes_on_where_a_student_s_folder_cannot_be_tidied(room):
 
 def test_a_student_begins_with_the_gains_of_the_class(room):
     text = first_text(room.mission, room.ground)
-    assert "# K_r1 = 3.0                # N s/m; the theorem requires K_r1 > m Lambda1" in text
+    assert "# K_r1 = 3.0                # N s/m; gain of r1, the filtered error; the theorem requires K_r1 > m Lambda1" in text
     assert submitted(text.replace("\n# ", "\n"), room.ground).controller.K_r1 == (3.0, 3.0, 3.0)
     lines = text.splitlines()
     (one,) = first_text(room.mission, room.ground._replace(free=("controller.K_r1",))).splitlines()[2:]

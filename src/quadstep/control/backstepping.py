@@ -29,13 +29,14 @@ class BacksteppingGains(NamedTuple):
 
     mass: Number = believed("mass")
     gravity: Number = given(lambda model: model.gravity)
-    slope_1: Vector = gain(1.0, "1/s", "Lambda_1, outer loop (Eq. 12)", key="Lambda1")
-    gain_1: Vector = gain(3.0, "N s/m", "the theorem requires K_r1 > m Lambda1", key="K_r1")
+    slope_1: Vector = gain(1.0, "1/s", "decay rate of the position error while r1 = 0 (Eq. 12)", key="Lambda1")
+    gain_1: Vector = gain(3.0, "N s/m", "gain of r1, the filtered error; the theorem requires K_r1 > m Lambda1", key="K_r1")
     integral_1: Vector = gain(0.2, "N/m", "gain of the integral of r1 (Eq. 24)", key="K_i1", zero=True, high=2.0)
-    slope_2: Vector = gain(15.0, "1/s", "Lambda_2, inner loop (Eq. 28)", key="Lambda2", parts=ANGLES)
+    slope_2: Vector = gain(15.0, "1/s", "decay rate of the attitude error while r2 = 0 (Eq. 28)", key="Lambda2", parts=ANGLES)
     gain_2: Vector = gain(
-        250.0, "N m s", "the theorem requires K_r2 > J_M max(Lambda2), J_M = 2 max(inertia)", key="K_r2", parts=ANGLES
-    )
+        250.0, "N m s", "gain of r2; the theorem requires K_r2 > J_M max(Lambda2), J_M = 2 max(inertia)",
+        key="K_r2", parts=ANGLES,
+    )  # fmt: skip
     integral_2: Vector = gain(
         10.0, "N m", "gain of the integral of r2 (Eq. 35)", key="K_i2", parts=ANGLES, zero=True, high=100.0
     )

@@ -59,11 +59,11 @@ class RotationGains(NamedTuple):
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    slope_1: Vector = gain(usual(0.92, 1), "1/s", "Lambda_1, position loop (Eq. 12)", key="Lambda1")
-    gain_1: Vector = gain(usual(4.9, 1), "1/s", "K_r1 over mass; the theorem requires K_r1 > Lambda1", key="K_r1")
+    slope_1: Vector = gain(usual(0.92, 1), "1/s", "decay rate of position errors (Eq. 12)", key="Lambda1")
+    gain_1: Vector = gain(usual(4.9, 1), "1/s", "gain of r1, over mass; the theorem requires K_r1 > Lambda1", key="K_r1")
     integral_1: Vector = gain(usual(0.19, 2), "1/s^2", "gain of the integral of r1, over mass", key="K_i1", zero=True)
-    slope_2: Vector = gain(usual((2.3, 2.3, 2.3), 1, "body"), "1/s", "Lambda_2, attitude loop (Eq. 28)", key="Lambda2")
-    gain_2: Vector = gain(usual((19.5, 19.5, 14.0), 1, "rate"), "1/s", "K_r2 over inertia", key="K_r2")
+    slope_2: Vector = gain(usual((2.3, 2.3, 2.3), 1, "body"), "1/s", "decay rate of attitude errors (Eq. 28)", key="Lambda2")
+    gain_2: Vector = gain(usual((19.5, 19.5, 14.0), 1, "rate"), "1/s", "gain of r2, over inertia", key="K_r2")
     integral_2: Vector = gain(
         usual((28.0, 28.0, 28.0), 2, "body"), "1/s^2", "gain of the integral of r2, over inertia", key="K_i2", zero=True
     )

@@ -73,11 +73,11 @@ def net_sliders(declarations: Mapping[str, object], gains: object, section: Cont
         found += [
             from_zero("nets_start", "start of the nets", "s", one(nets.start, parameter(f"gains.{name}")), 20.0, STARTING),
             Control(
-                "nets", "nets", "-", NETS, "Switches both nets off.", "toggle", "linear", 0, 1, 0, 1, 1,
+                "nets", "nets", "-", NETS, "Whether the two nets learn and act.", "toggle", "linear", 0, 1, 0, 1, 1,
                 (Component("", float(nets.enabled), (never,)),),
             ),
             Control(
-                "neurons", "neurons of each net", "-", NETS, "Size of the hidden layer.", "neurons", "linear",
+                "neurons", "neurons of each net", "-", NETS, "Size of each net's hidden layer.", "neurons", "linear",
                 1, most, 1, most, 1, (Component("", nets.neurons, ()),),
             ),
         ]  # fmt: skip

@@ -111,7 +111,7 @@ def shared_controls(mission: LagrangeMission, plan: FlightPlan) -> list[Control]
     angles = [
         Component(angle, float(tilt[place]), (Effect("start", f"attitude.{place}"),)) for place, angle in enumerate(ANGLES)
     ]
-    tilted = control("tilt", "initial attitude", "rad", angles, (-1.0, 1.0), "Angles at t = 0.", bounds=(-1.5, 1.5))
+    tilted = control("tilt", "initial attitude", "rad", angles, (-1.0, 1.0), "The angles at t = 0.", bounds=(-1.5, 1.5))
     return [
         *grouped("Path", *path_controls(mission, plan.ticks)),
         *grouped("Vehicle", *vehicle_controls(mission)),
@@ -145,7 +145,7 @@ def event_controls(events: Events) -> list[Control]:
         control(
             f"fault_{place + 1}", f"thrust left in rotor {round(float(fault.rotor)) + 1}", "-",
             one(fault.efficiency, parameter(f"events.faults.{place}.efficiency")), (0.0, 1.0),
-            f"Share of its thrust, from {float(fault.start):g} s on.", bounds=(0.0, 1.0),
+            f"Share of its thrust that it keeps from {float(fault.start):g} s on.", bounds=(0.0, 1.0),
         )
         for place, fault in enumerate(events.faults)
     ]  # fmt: skip
@@ -153,7 +153,7 @@ def event_controls(events: Events) -> list[Control]:
         from_zero(
             f"payload_{place + 1}", f"payload {place + 1}", "kg",
             one(payload.mass, parameter(f"events.payloads.{place}.mass")), 2.0 * float(payload.mass),
-            f"From {float(payload.start):g} s on.",
+            f"Carried from {float(payload.start):g} s" + (f" to {float(payload.end):g} s." if payload.end < MOST else " on."),
         )
         for place, payload in enumerate(events.payloads)
     ]  # fmt: skip
@@ -166,14 +166,14 @@ def wind_controls(wind: object) -> list[Control]:
         return number_sliders(wind, "wind")
     mean, gust = (vector_components(one, AXES, f"wind.{name}") for name, one in (("mean", wind.mean), ("gust", wind.gust)))
     return [
-        control("wind", "mean wind", "m/s", mean, (-10.0, 10.0), "Velocity of the air."),
-        control("gust", "gust", "m/s", gust, (-10.0, 10.0), "Velocity at its peak, on top of the mean wind."),
+        control("wind", "mean wind", "m/s", mean, (-10.0, 10.0), "Velocity of the air without gust and turbulence."),
+        control("gust", "gust", "m/s", gust, (-10.0, 10.0), "Velocity of the air at its peak, added to the mean wind."),
     ]
 
 
 def moved_start(axes: Sequence[str] = AXES) -> Control:
     offset = [Component(axis, 0.0, (Effect("start", f"position.{place}", add=True),)) for place, axis in enumerate(axes)]
-    return control("start", "start offset", "m", offset, (-5.0, 5.0), "Offset from the file's start.")
+    return control("start", "start offset", "m", offset, (-5.0, 5.0), "Added to the start in the mission file.")
 
 
 def path_controls(mission: Mission, ticks: Ticks) -> list[Control]:
@@ -192,7 +192,7 @@ def jerk_controls(path: MinimumJerkPath, ticks: Ticks) -> list[Control]:
     stretch = Effect("duration", "", 1.0, 1, -path.duration, add=True)
     longest = LONGEST_TICKS * ticks.step - (ticks.last * ticks.step - path.duration)
     time = one(path.duration, parameter("path.duration"), stretch)
-    haste = "Seconds from start to target; the faster the path, the stronger the disturbance."
+    haste = "From start to target; the shorter, the faster the path."
     yaw = one(path.yaw_end, parameter("path.yaw_end"))
     return [
         control("t_f", "time t_f", "s", time, (2.0, 60.0), haste, "log", (0.5, max(longest, path.duration))),
@@ -255,7 +255,7 @@ def disturbance_controls(mission: LagrangeMission, disturbance: object) -> list[
         vector_components(disturbance.torque, ANGLES, "disturbance.torque"),
     )
     return [
-        control("disturbance", "disturbance (Eq. 67), times", "-", times, (0.0, 10.0), hint),
+        control("disturbance", "disturbance (× Eq. 67)", "-", times, (0.0, 10.0), hint),
         control("wind", "wind, as a steady force", "N", force, (-0.5 * weight, 0.5 * weight), "Constant force in world axes."),
         control("torque", "steady torque", "N m", torque, (-5.0, 5.0), "Constant torque on psi, theta, phi."),
     ]
