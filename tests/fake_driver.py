@@ -119,7 +119,7 @@ class FakeDriver:
         ctypes.memmove(name, b"Stand-in\0", 9)
 
     def do_cuDeviceGetAttribute(self, value, which, device):
-        value[0] = {16: 2, 39: 2048, 75: 9, 76: 0}[which]
+        value[0] = {13: 1_980_000, 16: 2, 39: 2048, 75: 9, 76: 0}[which]
 
     def do_cuDevicePrimaryCtxRetain(self, context, device):
         context[0] = 77
@@ -182,7 +182,10 @@ class FakeDriver:
         value[0] = {3: 16, 4: 160}[which]
 
     def do_cuOccupancyMaxActiveBlocksPerMultiprocessor(self, count, function, threads, shared):
+        if not self.stack:
+            return INVALID_CONTEXT
         count[0] = 384 // threads
+        return 0
 
     def do_cuLaunchKernel(self, function, bx, by, bz, tx, ty, tz, shared, stream, arguments, extra):
         assert self.stack

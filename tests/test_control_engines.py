@@ -1,18 +1,22 @@
 """Laws with loops, noise and policies fly alike on every engine, to the bit: arrays, lanes, JavaScript, PTX's program, f32."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
-from quadstep.control.registry import STOCK
+from quadstep.control.registry import BUILT_IN, STOCK
 from quadstep.engines.eager import fly_floats
 from quadstep.engines.gpu_sweep import GpuSweep, ptx
 from quadstep.engines.kernel import fly_lanes
 from quadstep.engines.scored import scored
 from quadstep.engines.sweep import Sweep, places
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.controller import Measured
 from quadstep.mission.read import check_mission
 from tests.array_flights import fly_arrays
 from tests.fake_driver import installed
-from tests.needs import POLICY, without
+from tests.needs import GRAPHICS, POLICY, needs, without
 from tests.pages import flown, fly_page, needs_node, write_page
 from tests.sweeps import table
 
@@ -31,14 +35,13 @@ def mission(law, **content):
     if law == "raptor" and not POLICY.here():
         without(POLICY)
     start = {"position": [0.2, -0.1, 5.1], "velocity": [0.3, 0.0, -0.2], "attitude": [0.3, 0.1, -0.1]}
-    simulation = {"duration": 0.05}
+    content = {"simulation": {"duration": 0.05}} | content
     return check_mission(
         {
             "name": law,
             "vehicle": {"preset": "x500"},
             "path": PATH,
             "start": start,
-            "simulation": simulation,
             "controller": {"type": law},
             **content,
         },
@@ -70,17 +73,34 @@ def test_javascript_flies_what_floats_fly(law, tmp_path, monkeypatch):
     np.testing.assert_array_equal(answer["values"][:, said], log.rows)
 
 
+def threads_and_lanes(content, rows, double=True):
+    plan = content.plan()
+    loop, ticks = scored(plan.loop, plan.ticks, 0.02)
+    varying = places(plan.start, plan.parameters, ["start.position.0", "parameters.airframe.mass"])
+    return [table(engine(loop, ticks, plan.start, plan.parameters, varying, double).fly(rows)) for engine in (GpuSweep, Sweep)]
+
+
 @ONE_STOCK_TOO
 def test_threads_of_a_graphics_processor_fly_what_lanes_fly(law, monkeypatch):
     driver = installed(monkeypatch)
-    plan = mission(law).plan()
-    loop, ticks = scored(plan.loop, plan.ticks, 0.02)
-    varying = places(plan.start, plan.parameters, ["start.position.0", "parameters.airframe.mass"])
-    rows = np.array([[0.1, 2.0], [0.3, 2.2], [-0.2, 1.9]])
-    wanted = Sweep(loop, ticks, plan.start, plan.parameters, varying, True).fly(rows)
-    got = GpuSweep(loop, ticks, plan.start, plan.parameters, varying, True).fly(rows)
-    np.testing.assert_array_equal(table(got), table(wanted))
+    got, wanted = threads_and_lanes(mission(law), np.array([[0.1, 2.0], [0.3, 2.2], [-0.2, 1.9]]))
+    np.testing.assert_array_equal(got, wanted)
     assert not driver.problems
+
+
+WIND = {"wind": {"mean": [4.0, 1.0, 0.0], "turbulence": {"intensity": "moderate", "height": 10.0}}}
+SENSED = {"sensors": {"position_noise": 0.002, "gyro_noise": 0.002, "latency": 0.01}}
+
+
+@needs(GRAPHICS)
+def test_a_graphics_processor_flies_what_lanes_fly():
+    rows = np.random.default_rng(2).uniform((-0.3, 1.8), (0.3, 2.4), (256, 2))
+    rows[7, 0] = 500.0  # lost: too far from the path
+    for law, content, double in product(BUILT_IN[Measured], (WIND, WIND | SENSED), (True, False)):
+        given = mission(law, simulation={"duration": 2.0}, **content)
+        got, wanted = threads_and_lanes(given, rows, double)
+        np.testing.assert_array_equal(got, wanted, err_msg=f"{law}, {sorted(content)}, {double=}")
+        assert got[7, 0] != Outcome.COMPLETED
 
 
 @ONE_STOCK_TOO

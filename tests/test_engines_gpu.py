@@ -5,6 +5,7 @@ import gc
 import numpy as np
 import pytest
 
+from benchmarks.gpu import measured
 from quadstep.engines import cuda
 from quadstep.engines.cuda import CudaError, Device, NoDeviceError, OutOfDeviceMemoryError
 from quadstep.engines.gpu_sweep import REGISTERS, GpuSweep
@@ -238,3 +239,14 @@ def test_flying_what_does_not_fit_is_refused(monkeypatch):
     with pytest.raises(ValueError, match="1 numbers generated for 4 that vary"):
         gpu(BRIEF, generate=lambda high, low: [high])
     assert len(generating.generated(7, 7)[1]) == 0
+
+
+def test_the_benchmark_says_what_it_measured(monkeypatch):
+    driver = installed(monkeypatch, slow=1e-3)
+    for name in ("FLIGHTS", "COMPARED"):
+        monkeypatch.setattr(f"benchmarks.gpu.{name}", 3)
+    line, accuracy = measured(False)
+    assert line.startswith("f32 on Stand-in: ")
+    assert "3 blocks of 128: 19% of the threads" in line
+    assert accuracy.endswith("0 outcomes differ")
+    assert not driver.problems

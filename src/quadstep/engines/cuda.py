@@ -202,7 +202,8 @@ class DeviceKernel:
     def resident_blocks(self, threads: int) -> int:
         """Blocks of this many threads that one multiprocessor holds at once."""
         count = ctypes.c_int()
-        self.device.call("cuOccupancyMaxActiveBlocksPerMultiprocessor", ctypes.byref(count), self.function, threads, 0)
+        with self.device:
+            self.device.call("cuOccupancyMaxActiveBlocksPerMultiprocessor", ctypes.byref(count), self.function, threads, 0)
         return count.value
 
     def run(self, blocks: int, threads: int, *arguments: Any) -> float:

@@ -125,8 +125,8 @@ THREADS = 128
 """Threads of a block."""
 
 REGISTERS = 168
-"""Most registers of a thread, in f32: as many as let three blocks share a processor. The paper's loop then has some 112 bytes
-in local memory; with 200 registers, and two blocks, none.
+"""Most registers of a thread, in f32: as many as let three blocks share a processor. The paper's loop then has 40 bytes in
+local memory; with 200 registers none, but two blocks, and flies 12 % slower on an H200.
 """
 
 MOST_FLIGHTS = 2**32
