@@ -53,6 +53,10 @@ export function slider(
   let current: number | null = null;
   let reach: Control | undefined;
 
+  const forgive = (): void => {
+    complaint.hidden = true;
+    typed.removeAttribute("aria-invalid");
+  };
   const show = (value: number | null, within = reach ?? control): void => {
     if (within !== reach) {
       reach = within;
@@ -60,6 +64,7 @@ export function slider(
       range.step = String(stepOf(reach));
       if (original !== null) track.style.setProperty("--original", String(positionOfValue(reach, original) / FINE));
     }
+    if (value !== current) forgive();
     current = value;
     typed.value = value === null ? "" : plain(value);
     typed.placeholder = value === null ? "differ" : "";
@@ -72,7 +77,7 @@ export function slider(
   };
   range.addEventListener("input", () => {
     const value = hold(control, valueOfPosition(reach ?? control, Number(range.value)));
-    complaint.hidden = true;
+    forgive();
     show(value);
     moving(value);
   });
@@ -81,12 +86,13 @@ export function slider(
     const value = Number(typed.value.trim().replaceAll("−", "-").replace(",", "."));
     const usable = typed.value.trim() !== "" && Number.isFinite(value);
     const why = usable ? beyond(control, value) : `“${typed.value.trim().slice(0, 20)}” is not a number.`;
-    typed.toggleAttribute("aria-invalid", !usable);
     if (usable) chosen(hold(control, value));
     show(usable ? hold(control, value) : current);
+    if (!usable) typed.setAttribute("aria-invalid", "true");
     complaint.textContent = why;
     complaint.hidden = !why;
   });
+  typed.addEventListener("input", forgive); // the number that was there before counts as no change
   typed.addEventListener("focus", () => {
     if (current !== null) typed.value = exact(current);
     typed.select();
