@@ -74,9 +74,9 @@ def kept(folder):
     return json.loads((folder / "rare.json").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("kinds", [1, 2, 3])
+@pytest.mark.parametrize("kinds", [1, 2])
 def test_the_kinds_of_failure_stand_below_one_another_on_a_phone(tmp_path, kinds):
-    names = ["spinning", "position RMSE, above 0.1 m", "lost"][:kinds]
+    names = ["ended early", "completed, above a limit"][:kinds]
     events = [
         SimpleNamespace(failure=one, levels=[(3.0, 0.1), (1.0, 1e-10)], probability=1e-12, score=["far"]) for one in names
     ]
@@ -94,7 +94,7 @@ def test_it_says_a_known_probability_and_the_most_likely_failure(tmp_path):
     judged = "success means reaching the end with far at most 6, however large the error; "
     judged += "only the first 0.0002 s of a path of 1 s are flown"
     assert "A flight fails with probability" in ran.out
-    assert f"From 5 independent replicates by cross-entropy ({judged})." in ran.out
+    assert f"From 5 independent estimates (replicates) by cross-entropy ({judged})." in ran.out
     found = kept(out)["summary"]
     true = probability(-6.0 / 2.0**0.5)
     assert found["probability"]["value"] == pytest.approx(true, rel=0.3)

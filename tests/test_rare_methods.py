@@ -11,7 +11,7 @@ from quadstep.studies.rare.cross_entropy import LEAST, beyond, cross_entropy
 from quadstep.studies.rare.mixture import FIRST, Points, Random
 from quadstep.studies.rare.replicates import PieceKind, subset_simulation
 from quadstep.studies.rare.run_folder import FinishedPiece
-from quadstep.studies.rare.summary import Crude, Estimate, interval, sentences, summarise
+from quadstep.studies.rare.summary import HOW, Crude, Estimate, crude_of, interval, sentences, summarise
 
 METHODS = (subset_simulation, cross_entropy)
 
@@ -148,8 +148,10 @@ def test_plain_flights_that_look_for_several_kinds_of_failure_add_their_rates():
     found = summarise([both, both]).crude
     assert (found.flights, found.failures) == (4 * event.crude, 8)
     assert found.rate.value == pytest.approx(2.0 * 2 / event.crude)
-    share = f"4 of the {2 * event.crude:,} tested for"
-    assert f"{share} 'a' and {share} 'b' failed: together a probability of " in found.sentence
+    share = f"4 of {2 * event.crude:,}"
+    assert f"{share} a and {share} b: together a probability of " in found.sentence
+    (early,) = crude_of([one.model_copy(update={"events": [event.model_copy(update={"failure": "ended early"})]})]).kinds
+    assert early in HOW
 
 
 @pytest.mark.parametrize(("count", "sigma"), [(10, 0.8), (5, 0.05), (5, 0.4)])

@@ -1,5 +1,6 @@
 """`quadstep campaign --rare`: from file to folder, with its report and figure."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -26,7 +27,7 @@ from quadstep.studies.campaign.pictures import logarithmic
 from quadstep.studies.campaign.run import CampaignRequest
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.varied import text_of, variation_text
-from quadstep.studies.rare.point_flyer import PointFlyer, check_space
+from quadstep.studies.rare.point_flyer import Failure, PointFlyer, check_space
 from quadstep.studies.rare.replicates import PieceKind, fly_piece, pieces
 from quadstep.studies.rare.run_folder import DoneEvent, FinishedPiece, RareRecord, opened
 from quadstep.studies.rare.summary import RareSummary, as_json, rounded, sentences, summarise
@@ -36,18 +37,23 @@ LEVELS = f"{FIGURES}/levels"
 REPLICATES = ("", "method", "probability", "by kind of failure", "flights")
 
 SHOWN = (
-    "The probability of exceeding each score, level by level; a dotted line leads to the probability of failure (×). "
-    "Solid: the replicates; dashed: other methods and scores."
+    "How rare flights are that come this near to failure, or nearer: each line is one estimate, whose dots go from common "
+    "flights at the top to those that fail (×). {}Dashed: the second opinions, by the other method."
 )
+SCORED = "Scores: 0 is the median of usual flights, 1 their 90 % quantile. "
+"""Said where a score is not a ratio to a limit."""
 
 READING = (
-    "A replicate steers flights towards failure in steps: each keeps the flights with the highest scores and flies more like "
-    "them. Cross-entropy fits a mixture of normal distributions to the failures, draws new flights from it and weights each "
-    "by its likelihood under the campaign; subset simulation multiplies the shares kept at each step. All replicates repeat "
-    "this with different random numbers, and the interval comes from their scatter.",
-    "The interval assumes log-normal replicates (Cox's interval for the mean, Student's quantile). It does not account for a "
-    "failure mode that no replicate found: that is what the plain Monte Carlo flights and second opinions are for. Nor "
-    "does it say whether the keys really vary as the campaign assumes, and a small probability depends on the tails.",
+    "Why so few flights suffice: a failure of probability 10⁻⁹ takes a billion flights to be seen once. So flights are "
+    "steered towards failure, step by step: each step keeps the flights nearest to failure (those with the highest scores) "
+    "and flies more like them, until many fail. How much rarer each step made its flights is known, and is divided out.",
+    "How: cross-entropy draws the next flights from a mixture of normal distributions fitted to those kept, and in the end "
+    "weights each failure by its likelihood under the campaign divided by that under the mixture (importance sampling). "
+    "Subset simulation keeps a tenth of the flights in each step, and multiplies these shares.",
+    "A replicate is one such estimate, with random numbers of its own. The interval comes from how far the replicates "
+    "scatter, taken as log-normal (Cox's interval for the mean, Student's quantile). It does not cover a kind of failure that "
+    "no replicate found: plain Monte Carlo flights and second opinions are there to notice one. Nor does it say whether the "
+    "keys really vary as the campaign assumes, and a small probability depends on the tails.",
     "Noise is redrawn: in subset simulation half of the candidates get new noise and the others keep their "
     "predecessor's; with cross-entropy every flight has its own. Unlike the keys, it is not steered towards failure.",
 )
@@ -72,7 +78,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         ("campaign", f"{file.name}, {path}"),
         ("mission", f"{campaign.content.get('name', 'Flight')}, {campaign.source}"),
         ("a flight fails", campaign.failing),
-        ("method", f"{file.rare.method.words}, {file.rare.flights} flights per level"),
+        ("method", f"{file.rare.method.words}, {file.rare.flights} flights per step"),
         ("seed, precision", f"{file.seed}, {file.precision}"),
         ("quadstep", record.manifest["version"]),
     ]
@@ -92,7 +98,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         sentences=said,
         record={**about, **as_json(summary)},
         facts=facts,
-        figures=[Figure(LEVELS, SHOWN)],
+        figures=[Figure(LEVELS, SHOWN.format(SCORED * any(name != Failure.ABOVE.value for name in sought(record.pieces))))],
         sections=[
             TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)]),
             nearest(summary, campaign.mission),
@@ -144,9 +150,23 @@ FAR, LINEAR = 30.0, 3.0
 """Largest score for an all-linear axis, and the end of its linear part otherwise: scores of unstable loops can be huge."""
 
 
+NAMED = {
+    Failure.ABOVE.value: "flights above a limit",
+    Failure.EARLY.value: "flights that end early",
+    Failure.ANY.value: "flights that fail",
+}
+
+
+def sought(pieces: Sequence[FinishedPiece]) -> list[str]:
+    """The kinds of failure that replicates look for; a second opinion may not tell them apart."""
+    return list(
+        dict.fromkeys(event.failure for one in pieces if one.kind == PieceKind.REPLICATE.value for event in one.events)
+    )
+
+
 def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> None:
     """A panel for each kind of failure: the probability beyond each score, in replicates and second opinions."""
-    names = list(dict.fromkeys(event.failure for one in pieces for event in one.events))
+    names = sought(pieces)
     columns = sheet.side_by_side(len(names), 2.4)
     rows, width = -(-len(names) // columns), COLUMN if columns > 1 else PHONE
     sides = 0.75 / width, 0.17 / rows, 0.97, 1.0 - 0.1 / rows, 0.26, 0.3
@@ -158,8 +178,8 @@ def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> No
                 continue
             draw_event(axes, names[place], pieces)
             logarithmic(axes, "y")
-            axes.set_title(f"Failures: {names[place].replace(', above', ', but above')}")
-            axes.set_ylabel("probability" if place % columns == 0 else "")  # of its row
+            axes.set_title(NAMED.get(names[place], names[place]))
+            axes.set_ylabel("share of flights")
             axes.tick_params(labelleft=True)
 
 
@@ -184,17 +204,20 @@ def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
         axes.xaxis.set_major_formatter(Powers())
     if all(threshold is None for _, event in flown for threshold, _ in event.levels):
         axes.set_xticks([])
+    limited = name == Failure.ABOVE.value  # whose score is the ratio to the limit
     axes.margins(x=0.15)
-    axes.set_xlim(*axes.get_xlim())
-    right = float(axes.transData.inverted().transform(axes.transAxes.transform((0.985, 0.5)))[0])
+    axes.set_xlim(axes.get_xlim()[0], max(axes.get_xlim()[1], 1.15 if limited else -math.inf))
+    right = 1.0 if limited else float(axes.transData.inverted().transform(axes.transAxes.transform((0.985, 0.5)))[0])
+    if limited:
+        axes.axvline(right, color=END, linestyle="--", linewidth=1.0)
     for last, probability, colour in failing:
         from_last = [*last, (right, probability)]
         axes.plot([x for x, _ in from_last], [y for _, y in from_last], color=colour, linestyle=":", linewidth=0.8)
         axes.plot([right], [probability], "x", color=colour, clip_on=False)
-    only = next(iter(scores), "")
-    axes.set_xlabel(f"score: {metric(only)[0]}" if len(scores) == 1 else f"score: largest of {len(scores)} metrics")
+    what = metric(next(iter(scores)))[0] if len(scores) == 1 else f"largest of {len(scores)} metrics"
+    axes.set_xlabel(f"{what} / limit" if limited else f"score: {what}")
     if not failing:
-        axes.text(0.97, 0.95, "no flight failed this way", transform=axes.transAxes, ha="right", va="top")
+        axes.text(0.03, 0.05, "none found", transform=axes.transAxes)
 
 
 class RareResult(NamedTuple):

@@ -13,6 +13,7 @@ from quadstep.report import units
 from quadstep.report.units import counted
 from quadstep.studies.campaign.schema import Method
 from quadstep.studies.rare.mixture import Floats
+from quadstep.studies.rare.point_flyer import Failure
 from quadstep.studies.rare.replicates import PieceKind
 from quadstep.studies.rare.run_folder import FinishedPiece, Nearest
 
@@ -29,6 +30,10 @@ FEW_AGAIN = 0.1
 """Share of failures that fail again with different noise, below which noise dominates."""
 
 
+HOW = {Failure.ABOVE.value: "completed above a limit", Failure.EARLY.value: "ended early", Failure.ANY.value: "failed"}
+"""Kinds of failure, as flights are said to fail."""
+
+
 class Crude(NamedTuple):
     """Flights drawn as the campaign draws, and how many of them failed. rate: with its exact 99 % interval. kinds: of failure,
     how many flights were tested for it and how many of them failed so; the rate is the sum of theirs.
@@ -41,8 +46,8 @@ class Crude(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        each = [f"{failed:,} of the {flown:,} tested for '{kind}'" for kind, (flown, failed) in self.kinds.items()]
-        said = f"{units.listed(each)} failed: together" if each[1:] else f"{self.failures:,} of {self.flights:,} failed:"
+        each = [f"{failed:,} of {flown:,} {HOW.get(kind, kind)}" for kind, (flown, failed) in self.kinds.items()]
+        said = f"{units.listed(each)}: together" if each[1:] else f"{self.failures:,} of {self.flights:,} failed:"
         return (
             f"{said} a probability of {units.number(self.rate.value)}, "
             f"between {units.number(self.rate.low)} and {units.number(self.rate.high)} with {100 * (1 - DOUBT):g} % confidence"
@@ -168,7 +173,7 @@ def as_json(summary: RareSummary) -> dict[str, object]:
 
 def rounded(flights: float) -> str:
     """A number of flights to two digits."""
-    return f"{float(f'{flights:.2g}'):,.0f}" if flights < 1e9 else f"{flights:.2g}"
+    return f"{float(f'{flights:.2g}'):,.0f}" if flights < 1e9 else units.number(flights, 2)
 
 
 def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[str]:
@@ -178,17 +183,20 @@ def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[s
     doubt = ", if no kind of failure was missed"
     if summary.warnings:
         doubt = f", which is doubtful: see the {counted(len(summary.warnings), 'warning')}"
+    often = (
+        f" (about 1 flight in {rounded(1.0 / summary.probability.value)})" if 0.0 < summary.probability.value < 0.01 else ""
+    )
     lines = [
-        f"A flight fails with probability {value}, with 95 % confidence {low} to {high}{doubt}. From {count} independent "
-        f"replicates by {method.words}{meaning}."
+        f"A flight fails with probability {value}{often}, with 95 % confidence {low} to {high}{doubt}. From {count} "
+        f"independent estimates (replicates) by {method.words}{meaning}."
     ]
     if summary.one_by_one:
         times = summary.one_by_one / summary.flights
         lines.append(
             f"{summary.flights:,} flights in all; plain Monte Carlo would need {rounded(summary.one_by_one)} for the same "
-            f"accuracy, {times:.2g} times as many."
+            f"accuracy, {rounded(times) if times >= 10.0 else units.number(times, 2)} times as many."
         )
-    lines.append(f"Plain Monte Carlo flights: {summary.crude.sentence}.")
+    lines.append(f"Plain Monte Carlo, as a check: of flights drawn as in the campaign, {summary.crude.sentence}.")
     if summary.again is not None:
-        lines.append(f"{100 * summary.again:.3g} % of the failed flights fail again with different noise.")
+        lines.append(f"Of the failures that were flown again with different noise, {100 * summary.again:.3g} % failed again.")
     return lines
