@@ -97,7 +97,7 @@ def of_entries(kind: Any, notes: list[Any]) -> str:
         return f"a list of {several(inner[0], exactly)}"
     words = COUNTS.get(len(inner), str(len(inner)))
     alone = "one or " if any(getattr(note, "func", None) is as_diagonal for note in notes) else ""
-    return f"{alone}{words} {each}numbers"
+    return f"{alone}{words} {each}numbers" if each else f"{alone}{several(inner[0], f'{words} ')}"
 
 
 def takes(kind: Any, notes: tuple[Any, ...] = ()) -> str:

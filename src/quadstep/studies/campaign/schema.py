@@ -63,7 +63,7 @@ class RareSection(Section):
             Field(min_length=1),
         ]
         | None,
-        Quantity("", "metrics that predict failure; default: the largest ratio to a limit in failure, or input variations"),
+        Quantity("", "metrics that predict failure; default: the largest share of a limit, and the inputs' variation"),
     ] = None
     flights: Annotated[int, Field(ge=200, le=200_000), Quantity("", "flights per level or fit")] = 1000
     replicates: Annotated[int, Field(ge=5, le=50), Quantity("", "independent estimates")] = 5
