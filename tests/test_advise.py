@@ -134,9 +134,9 @@ def test_a_log_becomes_advice_and_the_file_to_load(tmp_path):
     flight = excited(log, None)
     now = measured(flight.measured)
     shown = loops(flight, now, None, changes(flight, now, plant(flight)))
-    assert [one.name for one in shown.channels] == ["measured", "with what is advised"]
+    assert [one.name for one in shown.channels] == ["measured", "with the advised changes"]
     np.testing.assert_allclose(shown.loop[:, 1], factor * shown.loop[:, 0], rtol=1e-9)
-    assert "with what is advised (dashed) it crosses at" in found.figures[0].caption
+    assert "with the advised changes (dashed) it crosses at" in found.figures[0].caption
     picture = (tmp_path / "out" / "figures" / "bode.svg").read_text()
     assert picture.count('style="fill: #bfbfbf') == 3  # the interval in both plots, and in the legend
     marked = [*(one[1] for one in shown.phases), *(abs(gain) for _, gain in shown.gains)]

@@ -147,7 +147,7 @@ def serve(
     from quadstep.page.sharing import access, qr_text
 
     check_range("--port", port, 0, 65535)
-    refuse("`quadstep serve` runs no code of users")
+    refuse("`quadstep serve` never runs user code")
     allowed = access(host)
 
     def open_class(links: dict[str, str], teacher: str) -> None:

@@ -121,11 +121,11 @@ def adrift(flight: Excited, loop: RateLoop, peak: Peak) -> str:
     """Why a peak may not stay in its place."""
     slope = throttle_dependence(flight, loop, peak)
     if slope is None:
-        return "the log does not show whether it moves with the throttle (that needs the motors, and a throttle that changes)"
+        return "the log does not show whether it moves with the throttle (for that it needs the motors and a varying throttle)"
     spelled = f"the throttle to the power of {slope.value:.2f} ({slope.low:.2f} to {slope.high:.2f})"
     if slope.low > MOVES:
         return f"it moves with {spelled}, as rotors do"
-    return f"it may move with {spelled}: fly with a throttle that changes more" if slope.high >= MOVES else ""
+    return f"it may move with {spelled}: vary the throttle more in flight" if slope.high >= MOVES else ""
 
 
 def free_notch(loop: RateLoop, parameters: Mapping[str, float]) -> str | None:

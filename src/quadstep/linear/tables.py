@@ -113,7 +113,7 @@ def sentences(analysis: Analysis, but: str = "") -> list[str]:
     slowest = f"The slowest mode has a time constant of {number(analysis.poles[0].time_constant, '.3g')} s."
     still = dict.fromkeys(name for pole in analysis.poles if not pole.real and not pole.imaginary for name in pole.states)
     if still:
-        slowest = f"A mode neither grows nor decays: {analysis.in_words(still)} keep any value they are given."
+        slowest = f"A mode neither grows nor decays: {analysis.in_words(still)} keep whatever values they have."
     sampled = (
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )

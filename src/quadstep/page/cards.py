@@ -25,9 +25,7 @@ DROP = (
 LEGEND = (
     "Pictures of flights: the line is the path flown, the pale band the desired path; a cross marks where a flight was lost."
 )
-PANELS = (
-    "Pictures of studies: the first panel of a figure; above it is what its vertical axis shows, below it the horizontal one."
-)
+PANELS = "Pictures of studies: the first panel of a figure, with its vertical quantity above it and its horizontal one below."
 
 
 def part(name: str, package: str = "quadstep.page") -> str:

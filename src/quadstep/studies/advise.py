@@ -196,7 +196,7 @@ def loops(flight: Excited, now: MeasuredLoop, model: ModelledLoop | None, advice
     found = flight.measured
     drawn = {"measured": found.opened}
     if advice:
-        drawn["with what is advised"] = found.scaled(factors(flight, advice, found.omega)).opened
+        drawn["with the advised changes"] = found.scaled(factors(flight, advice, found.omega)).opened
     if model:
         drawn["modelled"] = model.loop
     half = np.array([student_quantile(0.975, float(freedom)) for freedom in found.freedom]) * found.opened_error
@@ -217,22 +217,22 @@ def caption(now: MeasuredLoop, advice: Advice | None) -> str:
     if advice is None or advice.expected.phase is None:
         return f"{said}."
     then = advice.expected.phase
-    return f"{said}; with what is advised (dashed) it crosses at {hertz(then.at)[0]}, {degrees(then.value)[0]} from -180°."
+    return f"{said}; with the advised changes (dashed) it crosses at {hertz(then.at)[0]}, {degrees(then.value)[0]} from -180°."
 
 
 HEADER = ("", "crossover [rad/s]", "phase margin [°]", "gain up [dB]", "gain down [dB]")
 METHOD = (
-    "The open loop at the controller's command, outer loops included, from an excitation that was added to it or that the "
-    "setpoint made of it, without a resonance beyond. The 95 % intervals come from what this does not explain."
+    "The open loop at the controller's command, outer loops included, by an excitation that was added to it or came from the "
+    "setpoint; no resonance beyond counts. The 95 % intervals come from the part of the command that this leaves unexplained."
 )
 
 
-SYMPTOMS = ("", "measured", "told from")
+SYMPTOMS = ("", "measured", "based on")
 ELSE = "Other findings from the same stretch of flight. Quantities that the log does not show are omitted."
 FILTERS = ("parameter", "cut-off [Hz]", "phase at the crossover [°]")
 COST = (
-    "The phase that each low-pass takes from the open loop at the measured crossover, by the parameters in the log (negative: "
-    "that it adds). Notches are not counted."
+    "The phase lag that each low-pass adds to the open loop at the measured crossover, by the log's parameters (negative: "
+    "a lead). Notches are not counted."
 )
 
 
@@ -310,7 +310,7 @@ def next_steps(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Seq
             return [f"{first}. {none}{f'; {untold}' * bool(wider)}."]
         return [f"{first}{': no change of its gains' if now.grade == SOUND else '. No change'} is advised."]
     if advice.factor != 1.0 and flight.loop and flight.loop.bypassed(flight.parameters):
-        return [f"{first}. Its feed-forward bypasses the gains, so that no factor on them is advised."]
+        return [f"{first}. Its feed-forward bypasses the gains, so no factor on them is advised."]
     return [f"{first}. {expected_result(flight, advice)}"]
 
 
@@ -343,7 +343,7 @@ def expected_result(flight: Excited, advice: Advice) -> str:
     if not expected.by_plant:
         return f"{said}."
     longer = f" for longer than {flight.end - flight.begin:.0f} s" if advice.held else ""
-    why = ": the noise of a longer flight excludes smaller resonances, so that gains may rise further" if advice.held else ""
+    why = ": the noise of a longer flight rules out smaller resonances, so gains may rise further" if advice.held else ""
     return f"{said}. Fly it{longer} and advise again{why}."
 
 
@@ -367,7 +367,7 @@ def of_other_axes(flight: Excited) -> Iterator[str]:
 
 def further_remarks(flight: Excited, now: MeasuredLoop) -> Sequence[str]:
     said = [
-        f"At {one.at.value:.3g} rad/s the gain crosses 1 too; the excitation does not determine the phase margin there."
+        f"The gain also crosses 1 at {one.at.value:.3g} rad/s; the excitation does not determine the phase margin there."
         for one in now.open
     ]
     noise = f"{100 * flight.noise:.0f} % of the command's deviation lies above the excited frequencies: noise"

@@ -109,7 +109,7 @@ def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
     if not moves(log.table(*(f"{axis}_d" for axis in position_axes(log)))[log.column("t") >= since]):
         return ""
     size = f"The path's size is {units.quantity(off / share, 'm')}, the RMSE of a vehicle that stays at the start"
-    return f"{size} (no error counts more than {FAR:g} m). "
+    return f"{size} (errors above {FAR:g} m count as {FAR:g} m). "
 
 
 KINDS = (

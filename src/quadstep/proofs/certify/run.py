@@ -92,7 +92,7 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
             TableSection("Conditions", "conditions", CONDITIONS, conditions, shown=name),
             TableSection("Ball", "ball", ("", "measured", "bound"), ball, shown="The ball"),
             markup.note(
-                "Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."
+                "Symbols are the paper's; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."
             ),
             TableSection("Checks", CHECKS, ("", "value"), checks, shown="Checks"),
             Figure(CHECKS, f"{checked(c)} Axes are logarithmic, those of rates on both sides of zero."),

@@ -79,7 +79,7 @@ def answer(c: FlightCertificate) -> str:
         "sign consistent": f" ({c.outside.sum()} of {len(c.outside)})",
         "rising between samples": f": {rises(c)}",
         "contradicted": f". At {contradicting(c).sum()} of the {c.outside.sum()} samples outside the ball b_r, L_dot was not "
-        f"negative, most of all because of {TERMS[culprit(c)][1]}",
+        f"negative, mostly because of {TERMS[culprit(c)][1]}",
     }
     began = "This flight"
     if lost:
@@ -169,7 +169,7 @@ def seen(c: FlightCertificate) -> str:
     until = "" if c.outcome is Outcome.COMPLETED else f"In the first {c.until:.3g} s, all that is certified, "
     return (
         f"{until}{of_ball(c)}. Theorem 5.1 promises only that L falls outside the ball b_r. "
-        "Areas: what each term of L_dot has added to L up to then, or taken from it; sampling is what the others leave, as "
+        "Areas: what each term of L_dot has added to L by then, or taken from it; sampling is the remainder, since "
         "commands are held between samples. Line: their sum, by which L has changed since the start."
     )
 
