@@ -47,9 +47,9 @@ export function strokeOf(curve: Curve, palette: Palette): { colour: string; widt
   return { colour, width: 1.6, dash: curve.dash, opacity: 1 };
 }
 
-/** What a curve is at time t, at the sample before it; NaN beyond its end. */
+/** What a curve is at time t, at the sample before it; NaN beyond its end: a flight that is lost ends up to a sample after its last row. */
 export function valueAt(curve: Curve, t: number): number {
-  const last = curve.times[curve.times.length - 1];
-  if (last === undefined || t > last + 1e-9) return Number.NaN;
+  const [before, last] = [curve.times[curve.times.length - 2], curve.times[curve.times.length - 1]];
+  if (last === undefined || t > last + (last - (before ?? last)) + 1e-9) return Number.NaN;
   return curve.values[indexAt(curve.times, t)]!;
 }

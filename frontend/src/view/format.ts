@@ -68,7 +68,7 @@ export function short(x: number, digits: number): string {
 /** A quantity with its unit, in the scale that suits it; lengths as src/quadstep/report/units.py, handy, has them: in mm below a metre. */
 export function quantity(x: number, unit: string, digits = 3): string {
   const size = Math.abs(x);
-  const scale = unit === "m" && size < 1 && size >= 5e-5 ? { factor: 1e3, unit: "mm" } : scaleFor(unit, size);
+  const scale = unit === "m" && size < 1 && size >= 1e-3 ? { factor: 1e3, unit: "mm" } : scaleFor(unit, size);
   return join(number(x * scale.factor, digits), scale.unit);
 }
 
