@@ -1,4 +1,4 @@
-"""A kind of study in one file: up to which value of a key does every flight succeed?
+"""A kind of study in one file: up to what value of a key does every flight succeed?
 
 As a command: `bearing = "bearing:bearing"` under `[project.entry-points."quadstep.commands"]`, see docs/extending.md.
 """

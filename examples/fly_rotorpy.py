@@ -84,7 +84,7 @@ def fly_on_rotorpy(plan, integrator=None):
 def check(loop, parameters):
     """Raises UserError for parts of a mission that would be left out."""
     lacking = {
-        "turbulence, and no wind of one's own": loop.air != MovingAir(),
+        "turbulence, and no wind of your own": loop.air != MovingAir(),
         "sensors": loop.sensing != Suite(),
         "events": parameters.events != Events(),
     }

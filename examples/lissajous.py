@@ -1,4 +1,4 @@
-"""A Lissajous figure: a path in a file of one's own, which missions name: `type = "lissajous.py:Lissajous"` in `[path]`."""
+"""A Lissajous figure: a path in a file of your own, which missions name: `type = "lissajous.py:Lissajous"` in `[path]`."""
 
 import math
 from typing import NamedTuple

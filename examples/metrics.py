@@ -1,4 +1,4 @@
-"""How fast a vehicle settles: metrics in a file of one's own, which missions name.
+"""How fast a vehicle settles: metrics in a file of your own, which missions name.
 
 `metrics = ["metrics.py:SettlingTime", "metrics.py:Climb"]`, before the tables of the mission.
 """

@@ -1,4 +1,4 @@
-"""A controller of one's own for a real vehicle, compiled with the rest: `python examples/own_airframe_controller.py`."""
+"""A controller of your own for a real vehicle, compiled with the rest: `python examples/own_airframe_controller.py`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +9,7 @@ from quadstep.own import Command, Controller, Vector, believed, desired_attitude
 
 
 class Gains(NamedTuple):
-    """What the controller believes of the vehicle."""
+    """What the controller assumes about the vehicle."""
 
     mass: float = believed("mass")
     inertia: Vector = believed("inertia")

@@ -1,4 +1,4 @@
-"""A sensor and an estimator in a file of one's own, which missions of real vehicles name.
+"""A sensor and an estimator in a file of your own, which missions of real vehicles name.
 
 `fix = { type = "sensing.py:Beacon" }` and `estimator = { type = "sensing.py:Complementary" }` in `[sensors]`;
 `LateVelocity` has a velocity like that of EKF2 in PX4's simulator (docs/export-px4.md).

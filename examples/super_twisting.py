@@ -1,4 +1,4 @@
-"""Super-twisting control of a quadrotor: a controller in a file of one's own, which missions name.
+"""Super-twisting control of a quadrotor: a controller in a file of your own, which missions name.
 
     [controller]
     type = "super_twisting.py:SuperTwisting"

@@ -1,4 +1,4 @@
-"""A thermal that pulses, with noise of its own: a wind in a file of one's own, which missions name.
+"""A thermal that pulses, with noise of its own: a wind in a file of your own, which missions name.
 
 `type = "thermal.py:Thermal"` in `[wind]`.
 """

@@ -853,7 +853,7 @@ def test_a_flight_is_listed_with_a_picture_of_its_path_and_of_where_it_was_lost(
     assert (two.kind, two.text.count("<path")) == ("image/svg+xml", 5) and "stroke-dasharray" in two.text
     assert answer(tmp_path, "/thumbs?a=one&b=none").status == 404
     listed = answer(tmp_path, "/").text
-    assert 'src="/thumb/one/"' in listed and "the line is the path flown, the pale band the path asked for" in listed
+    assert 'src="/thumb/one/"' in listed and "the line is the path flown, the pale band the desired path" in listed
 
 
 @pytest.mark.parametrize(

@@ -1,3 +1,3 @@
-"""A vehicle of one's own whose numbers are computed: a lighter X500 (docs/extending.md)."""
+"""A vehicle of your own whose numbers are computed: a lighter X500 (docs/extending.md)."""
 
 RACER = {"preset": "x500", "mass": 1.5}

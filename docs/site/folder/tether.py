@@ -1,4 +1,4 @@
-"""A disturbance of one's own for the paper's plant: an elastic tether to the place of take-off (docs/extending.md)."""
+"""A disturbance of your own for the paper's plant: an elastic tether to the place of take-off (docs/extending.md)."""
 
 from typing import NamedTuple
 
