@@ -268,7 +268,8 @@ def test_names_and_metrics_of_a_class_are_checked(tmp_path, monkeypatch):
         (CLASS.replace("Group <2>", "../up"), "students"),
         (CLASS.replace("Group <2>", "ＡDA"), "'Ada' and 'ＡDA' are the same name to a reader"),
         (CLASS.replace("Group <2>", " Ada"), "should be a name"),
-        (CLASS.replace("<2>", "2") + 'metric = "fame"\n', "'fame' is not a metric"),
+        (CLASS.replace("<2>", "2") + 'metric = "fame"\n', "class.toml: metric: 'fame' is not a metric"),
+        (CLASS.replace("<2>", "2") + 'free = ["controler"]\n', "free: unknown key 'controler'; did you mean controller?"),
         (CLASS.replace("<2>", "2") + "seconds = 0.0\n", "seconds"),
         (CLASS.replace("<2>", "2").replace("mission.toml", "none.toml"), "file not found"),
     ):
@@ -419,7 +420,13 @@ def test_the_class_s_own_flight_is_to_be_beaten(room, port, monkeypatch):
     assert "Nobody has flown it yet." in text and re.search(rf"<i>the class's own gains</i></td><td[^>]*>{own}<", text)
     assert ask(port, "/try", ada)[1]["Content-Type"] == "text/html; charset=utf-8"
     assert "<svg" in ask(port, "/path.svg", ada)[2]
-    assert "<figcaption>The path, and the flight of the class's own gains</figcaption>" in text
+    assert "<figcaption>Line: the class's own gains. Pale band: the path asked for.</figcaption>" in text
+    alone = ask(port, "/path.svg", ada)[2]
+    flown(room, "[controller]\nK_r1 = 2.0\n")
+    both = ask(port, "/path.svg?1", ada)[2]
+    assert "stroke-dasharray" in both and "stroke-dasharray" not in alone
+    assert "<b>Solid: your attempt 1.</b> Dashed: the class's own gains." in ask(port, "/", ada)[2]
+    assert ask(port, "/path.svg", room.teacher)[2] == alone, "the teacher sees the class's"
     room.members[ada].counts(
         "", SubmissionResult("", "as asked", {room.ground.metric: 0.5 * room.own.numbers[room.ground.metric]})
     )

@@ -203,7 +203,10 @@ def serve_class(file: Path, root: Path, port: int, access: Access, ready: Callab
     """Serve a class until interrupted. root: where its flights are kept. ready: told each student's link, and the teacher's.
     Raises UserError.
     """
-    root.mkdir(parents=True, exist_ok=True)
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"{root}: is no folder in which flights could be kept: {error.strerror or error}") from None
     room = Room(file, root)
     with class_server(room, port, access) as running:
         where = running.server_address[1]

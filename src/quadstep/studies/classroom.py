@@ -23,13 +23,13 @@ from pydantic import AfterValidator, Field, TypeAdapter
 from quadstep.control.registry import names
 from quadstep.io import files
 from quadstep.io.documents import read_json, read_toml
-from quadstep.io.errors import UserError
+from quadstep.io.errors import UserError, unknown_name
 from quadstep.io.files import replace_file
 from quadstep.io.results_folder import opened
 from quadstep.metrics.requirements import Requirement, with_full_names
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.check import check
-from quadstep.mission.fields import Positive, Section, Several, plain
+from quadstep.mission.fields import Positive, Section, Several, key_parts, plain
 from quadstep.mission.read import CLASS, read_mission, refuse_others
 from quadstep.mission.schema import Mission
 from quadstep.page.sharing import Access
@@ -170,8 +170,14 @@ class Room:
         place = file.parent / self.section.mission
         self.mission, self.text = read_mission(place), files.read_text(place, files.TOML)
         metric = Requirement(self.section.metric, math.inf)
-        (full,) = with_full_names([metric], metric_names(self.mission, self.mission.plan()), self.mission.own_metrics)
+        try:
+            (full,) = with_full_names([metric], metric_names(self.mission, self.mission.plan()), self.mission.own_metrics)
+        except UserError as error:
+            raise UserError(f"{file}: {str(error).replace('--require', 'metric', 1)}") from None
         usual = cast("dict[str, object]", plain(self.mission.model_dump(mode="json")))
+        for key in self.section.free:
+            if key_parts(key)[0] not in usual:
+                raise UserError(f"{file}: free: {unknown_name('key', key, usual)}")
         self.ground = Ground(read_toml(place), usual, place.parent, self.section.free, full.metric)
         key, self.own, self.own_folder = secret(root), SubmissionResult(""), root / OWN
         self.teacher = token(key, "\0teacher")
