@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from contextlib import nullcontext
 from html import escape
 from pathlib import Path
 
@@ -9,9 +10,10 @@ import numpy as np
 import pyarrow.dataset
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from quadstep.engines.fly import fly
-from quadstep.engines.scored import RMSE
+from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import Estimate, share
@@ -19,7 +21,7 @@ from quadstep.mission.check import check
 from quadstep.mission.fields import words
 from quadstep.report import canvas, units
 from quadstep.report.panel import Track
-from quadstep.studies.campaign import key_text, pictures, report, report_text
+from quadstep.studies.campaign import key_text, pictures, report, report_text, single
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import table
 from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
@@ -150,9 +152,29 @@ def points(folder):
     html = (folder / "report.html").read_text(encoding="utf-8")
     links = {flight: link for link, flight in re.findall(r'<a href="(flights.html[^"]*)">flight (\d+)</a>', html)}
     rings = re.findall(r'<a xlink:href="([^"]*)">[^a]*<text[^>]*>(\d+)</text>', html)
-    assert {flight: link for link, flight in rings} == links
+    assert {flight: link for link, flight in rings}.items() <= links.items(), "a ring without room beside it has no number"
+    assert set(re.findall(r'<a xlink:href="(flights.html[^"]*)">', html)) == {*links.values()}
     assert "_blank" not in html  # which `quadstep serve` does not allow
     return links
+
+
+@pytest.mark.parametrize("close", [0.02, 0.3, 3.0])
+def test_the_numbers_of_flights_meet_no_other_number_and_no_ring(monkeypatch, close):
+    """Of twelve flights near to each other, or far apart, each number stands within the axes or is left out."""
+    figure = Figure(figsize=(4.0, 3.6), dpi=100)
+    monkeypatch.setattr(single, "figure_at", lambda *_, **__: nullcontext(figure))
+    random = np.random.default_rng(4)
+    values = np.exp(close * random.standard_normal((2, 4000)))
+    metrics = tuple(pictures.PlottedMetric(name, one, None) for name, one in zip((RMSE, LARGEST), values, strict=True))
+    links = {int(one): f"flights.html#{one}" for one in random.choice(4000, 12, replace=False)}
+    assert single.draw_points(Path("points"), metrics, random.random(4000) < 0.1, links, pictures.SCREEN)
+    (axes,) = figure.axes
+    boxes = [one.get_window_extent() for one in axes.texts]
+    at = [axes.transData.transform(one.get_offsets()[0]) for one in axes.collections]
+    rings = [Bbox([place - 6.0, place + 6.0]) for place in at]
+    assert not any(one.overlaps(other) for place, one in enumerate(boxes) for other in [*boxes[:place], *rings])
+    assert all(axes.bbox.x0 <= one.x0 and one.x1 <= axes.bbox.x1 for one in boxes)
+    assert (len(rings), len(boxes) > 6) == (12, True)
 
 
 def test_the_points_that_open_are_the_worst_and_others_from_the_best_to_the_worst(flown):

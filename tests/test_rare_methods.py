@@ -202,7 +202,7 @@ def test_nothing_is_said_against_replicates_that_agree():
     ([piece(p, crude_failures=3) for p in (1e-5, 1.1e-5, 0.9e-5)], "Plain Monte Carlo flights disagree: 9 of 3,000"),
     ([piece(p) for p in (0.1, 0.11, 0.12)], "Plain Monte Carlo flights disagree: 0 of 3,000"),
     ([*REPLICATES, piece(6e-5, PieceKind.SCORE)], "A second opinion finds more failures: 6e-05 (subset simulation, by s)"),
-    ([piece(1e-5, again={"flights": 50, "failures": 2})] * 5, "only 4 % of the failures fail again"),
+    ([piece(1e-5, again={"flights": 50, "failures": 2})] * 5, "only 4 % of the failed flights fail again"),
 ])  # fmt: skip
 def test_it_warns_of_what_speaks_against_an_estimate(done, said):
     (warning,) = summarise(done).warnings

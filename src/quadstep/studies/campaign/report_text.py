@@ -128,11 +128,12 @@ def most_often(summary: CampaignSummary) -> str:
 def medians(summary: CampaignSummary) -> str:
     """What to see of how far from the path they were."""
     half = [
-        f"a {units.metric(one.metric)[0]} below {units.quantity(one.quantiles[QUANTILES[0]].value, 'm')}"
-        for one in summary.spreads
+        f"half {'' if place else 'of the completed flights '}have a {units.metric(one.metric)[0]} below "
+        f"{units.quantity(one.quantiles[QUANTILES[0]].value, 'm')}"
+        for place, one in enumerate(summary.spreads)
     ]
     return (
-        f"Half of the completed flights have {units.listed(half)}. Above: the number of flights by error; below: the share "
+        f"H{units.listed(half)[1:]}. Above: the number of flights by error; below: the share "
         "of all flights, lost ones included, whose error is larger. Dashed: the limit, if there is one."
     )
 

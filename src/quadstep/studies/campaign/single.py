@@ -4,11 +4,12 @@ draw at rest where its path begins.
 
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import rcParams
 from matplotlib.axes import Axes
+from matplotlib.font_manager import FontProperties
 from numpy.typing import NDArray
 
 from quadstep.engines.fly import fly_all
@@ -36,11 +37,11 @@ from quadstep.studies.campaign.varied import spans_decades
 USUAL = 100
 """Default number of draws."""
 
-AROUND = (6.0, 4.0), (6.0, -11.0), (-30.0, 4.0), (-30.0, -11.0), (-12.0, 9.0), (-12.0, -17.0)
-"""Where the number of a flight may stand, from its ring [points]; the first place at which no other is in the way."""
+AROUND = (1.0, 0.8), (1.0, -0.8), (-1.0, 0.8), (-1.0, -0.8), (0.0, 1.15), (0.0, -1.15), (1.15, 0.0), (-1.15, 0.0)
+"""Where the number of a flight may stand beside its ring, in its own halves and the ring's; the first free place is taken."""
 
-OVERLAP = 28.0, 9.0
-"""Width and height of such a number [points]."""
+RING = 6.5
+"""Half the width of a ring [points]."""
 
 
 def draws(path: Path, count: int | None, folder: Path, overwrite: bool, sheet: Sheet, progress: Progress) -> Evidence:
@@ -74,6 +75,19 @@ MOST_OTHERS = 7
 
 MOST_POINTS = 1000
 """Flights that are drawn: the first of the campaign, which are as good a sample as any."""
+
+
+class Rectangle(NamedTuple):
+    """A place that is taken in a figure [points]."""
+
+    left: float
+    bottom: float
+    right: float
+    top: float
+
+    def meets(self, other: "Rectangle") -> bool:
+        across = self.left < other.right and other.left < self.right
+        return across and self.bottom < other.top and other.bottom < self.top
 
 
 class FlownAgain(NamedTuple):
@@ -145,23 +159,32 @@ def draw_points(
                 at = (x[seen & chosen], y[seen & chosen])
                 axes.plot(*at, marker=marker, markersize=3.5, color=colour, linewidth=0.0, label=name)
         axes.autoscale_view()
-        named: list[NDArray[np.float64]] = []
-        for flight, link in links.items():
-            if known[flight]:
-                ring = axes.transData.transform((x[flight], y[flight])) * 72.0 / figure.dpi
-                place = min(AROUND, key=lambda one: sum(bool((np.abs(ring + one - other) < OVERLAP).all()) for other in named))
-                named.append(ring + place)
-                axes.scatter(x[flight], y[flight], 130.0, color=[(1.0, 1.0, 1.0, 0.01)], edgecolor=LINE, zorder=3, urls=[link])
-                axes.annotate(
-                    str(flight),
-                    (x[flight], y[flight]),
-                    place,
-                    textcoords="offset points",
-                    fontsize=rcParams["legend.fontsize"],
-                    url=link,
-                    bbox=CLEAR,
-                )
         axes.legend(loc="upper left")
+        rings = {
+            flight: axes.transData.transform((x[flight], y[flight])) * 72.0 / figure.dpi for flight in links if known[flight]
+        }
+        left, bottom, right, top = (np.array(axes.bbox.extents) * 72.0 / figure.dpi).tolist()
+        size = FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
+        key = Rectangle(left, top - 4.0 * size, left + 10.0 * size, top)
+        taken = [key, *(Rectangle(*(ring - RING), *(ring + RING)) for ring in rings.values())]
+        for flight, ring in rings.items():
+            at, link = (x[flight], y[flight]), links[flight]
+            axes.scatter(*at, 130.0, color=[(1.0, 1.0, 1.0, 0.01)], edgecolor=LINE, zorder=3, urls=[link])
+            half = np.array([0.32 * size * len(str(flight)), 0.5 * size])
+            for middle in (ring + np.array(way) * (RING + half) for way in AROUND):
+                box = Rectangle(*(middle - half), *(middle + half))
+                inside = box.left >= left and box.right <= right and box.bottom >= bottom and box.top <= top
+                if inside and not any(box.meets(other) for other in taken):
+                    taken.append(box)
+                    looks: dict[str, Any] = {
+                        "ha": "center",
+                        "va": "center_baseline",
+                        "fontsize": size,
+                        "url": link,
+                        "bbox": CLEAR,
+                    }
+                    axes.annotate(str(flight), at, (middle - ring).tolist(), textcoords="offset points", **looks)
+                    break  # where no place is free, the ring has to do
     return True
 
 
