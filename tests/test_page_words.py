@@ -1,9 +1,12 @@
 """Words and numbers on the page, in a real browser: nothing covers them, and they read well."""
 
 import re
+import tomllib
 
 import pytest
 
+from quadstep.engines.fly import fly
+from quadstep.mission.schema import Mission
 from quadstep.page.build import fly_missions
 from tests.commands import write
 from tests.needs import CHROMIUM, needs, package
@@ -28,13 +31,17 @@ type = "minimum-jerk"
 end = [1.0, 0.0, 0.0]
 duration = 1.0
 """
+LIMITED = """name = "Limited"
+path = { type = "minimum-jerk", end = [0.0, 0.0, 1.0], duration = 3.0 }
+vehicle = { rotors = { limits = [0.0, 8.0] } }
+"""
 
 
 @pytest.fixture(scope="module")
 def page_file(tmp_path_factory):
     """A small vehicle in a strong wind, the paper's flight that is lost, and one with rotors that are too weak."""
     folder = tmp_path_factory.mktemp("page")
-    missions = [write(folder, text, f"{i}.toml") for i, text in enumerate((WINDY, HASTY, WEAK))]
+    missions = [write(folder, text, f"{i}.toml") for i, text in enumerate((WINDY, HASTY, WEAK, LIMITED))]
     return write(folder, fly_missions(missions), "page.html")
 
 
@@ -152,6 +159,16 @@ def test_warnings_are_sentences(open_page):
     assert not page.locator("#story .stale-note").is_visible()
     page.evaluate("quadstep.setControl('mass', 0.5)")
     assert page.locator("#story .stale-note").is_visible()  # it is light enough now
+
+
+def test_rotors_that_reach_their_limits_for_a_moment_are_said_to_as_fly_says_it(open_page):
+    page = open_page("#flight=limited")
+    given = Mission.model_validate(tomllib.loads(LIMITED.replace("8.0", "2.61")))
+    _, (said,) = given.flight_metrics(fly(given.plan()))
+    page.evaluate("quadstep.setControl('limits', [0, 2.61])")
+    assert page.locator("#summary-words").inner_text() == f"{said[0].upper()}{said[1:]}."
+    page.evaluate("quadstep.setControl('limits', [0, 2.6])")  # so often that it breaks a rule, which says it
+    assert page.locator("#summary-words").inner_text().startswith("Its rotors were saturated ")
 
 
 def test_paper_has_the_reason_that_a_telephone_leaves_to_the_badge(open_page):
