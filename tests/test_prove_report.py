@@ -1,12 +1,18 @@
 """The report of `quadstep prove`: what it says, draws, and replaces."""
 
+import html
 import re
+import tomllib
 
 import numpy as np
 import pytest
 
-from quadstep.proofs.prove.report import MARK, ProofVerdict, TubeRecord, VerdictKind, tube, widest, write_report
+from quadstep.mission.schema import Mission
+from quadstep.proofs.prove.certificate_file import read_certificate
+from quadstep.proofs.prove.proof_pictures import of_tube
+from quadstep.proofs.prove.report import MARK
 from quadstep.proofs.prove.run import prove_mission
+from quadstep.proofs.prove.sampled import SampledLoop
 from quadstep.proofs.prove.unknown import Unknown
 from tests.commands import quadstep, write
 
@@ -33,63 +39,59 @@ def test_a_report_says_the_answer_and_draws_tube_and_boxes(proved):
     text = (folder / "tube.html").read_text(encoding="utf-8")
     assert MARK in text
     assert "<title>Sideways" in text
-    assert re.search(r"Proved: from the path at most [\d.]+\s[mµ]?m along x.*?\.</p><p>Every flight of ", text)
+    assert re.search(
+        r"Proved: every flight of 1.s from any start within 0.1.mm of the mission's on each axis\s+stays", html.unescape(text)
+    )
     assert text.count("<figure") == 2
-    boxes = text[text.rindex("<table>") :]
-    quantities = re.findall(r"<tr><td>([^<]*)</td>", boxes)
-    assert len(quantities) < 10
-    assert quantities[:2] == ["position", "velocity"]
-    assert re.search(r"<td>position</td><td>[\d.]+\s[mµ]?m</td>", boxes)
     for bound in (line.split()[-2] for line in run.out.splitlines() if line.startswith(("x ", "z "))):
         assert bound in text
 
 
-def test_quantities_are_named_in_words():
-    states = "position.0", "integral_1.0", "roll_rate.integral.1", "weights_1.3.2"
-    traced = TubeRecord((), *[np.zeros(0)] * 3, states, np.zeros(1), np.array([[1e-3, 2e-3, 3e-3, 4e-3]]))
-    assert dict(widest(traced)) == {
-        "position": "1.00\N{NO-BREAK SPACE}mm",
-        "the integral of r1": "2.00\N{NO-BREAK SPACE}mm",
-        "roll rate integral": "0.00300",
-        "weights of the first net": "0.00400",
-    }
+def test_every_number_of_the_text_is_one_of_the_table(proved):
+    """The caption's bound, the first sentence's, and the cards' are the table's, and those of the certificate."""
+    run, _, folder = proved
+    text = re.sub(r"<svg.*?</svg>", "", (folder / "tube.html").read_text(encoding="utf-8"), flags=re.S)
+    text = text.replace("\u00a0", " ")
+    table = dict(re.findall(r"<tr><td>([xz])</td><td>([\d.]+) mm</td>", text))
+    away = dict(re.findall(r"<tr><td>([xz])</td><td>[\d.]+ mm</td><td>([\d.]+) mm</td>", text))
+    assert f"largest along x, {table['x']} mm" in text
+    assert f"stays within {away['x']} mm along x and {away['z']} mm along z of its path" in text
+    assert re.findall(r"<dd>([\d.]+) mm", text) == [away["x"], away["z"]]
+    kept = read_certificate(folder / "tube.json").position.tolist()
+    for one, said in zip(kept, (table["x"], table["z"]), strict=True):
+        assert 1e3 * one <= float(said) <= 1.001e3 * one
+    assert f"{away['x']} mm" in run.out
 
 
-def test_a_tube_of_a_long_flight_is_drawn_with_few_points_and_its_extremes():
-    time = np.linspace(0.0, 40.0, 20_001)
-    error, bound = np.sin(time)[:, None], np.where(time == time[7_001], 0.5, 0.1)[:, None]
-    figure = tube(TubeRecord(("x",), time, error, bound, ("position.0",), time[:1], np.ones((1, 1))))
-    path, band = figure.axes
-    (outline,) = path.patches
-    assert all(len(line.get_xdata()) < 3_000 for axes in figure.axes for line in axes.lines)
-    assert len(outline.get_xy()) < 5_000
-    assert band.lines[0].get_ydata().max() == 500.0
-    heights = outline.get_xy()[:, 1]
-    assert (heights.max(), heights.min()) == pytest.approx((1e3 * (error + bound).max(), 1e3 * (error - bound).min()))
-
-
-def test_a_bound_that_stays_the_same_lies_below_the_edge_and_is_named_along_every_axis(tmp_path):
+def test_the_tube_is_drawn_with_its_bound_along_every_axis_and_boxes_in_words():
+    loop = SampledLoop(Mission.model_validate(tomllib.loads(MISSION)).plan())
     bound = np.full((11, 2), 0.10005)
     bound[-1, 0] += 1e-9  # less than is written
-    traced = TubeRecord(("x", "z"), np.linspace(0.0, 1.0, 11), 0.0 * bound, bound, (), np.zeros(0), np.zeros((0, 0)))
-    for band in tube(traced).axes[1::2]:
-        assert band.get_ylim()[0] == 0.0 and band.get_ylim()[1] > 1.03 * band.lines[0].get_ydata().max()
-    verdict = ProofVerdict("Still", VerdictKind.PROVED, [["x", "proved", "1", "1"]], ["proved: every flight."], traced=traced)
-    write_report(tmp_path / "one.html", verdict)
-    assert "it is largest along x and z, 100.1 mm at" in (tmp_path / "one.html").read_text().replace("\u00a0", " ")
+    boxes = np.ones((2, len(loop.names)))
+    figure, widths = of_tube(loop, 0.0 * bound, bound, boxes, 8)
+    assert "it is largest along x and z, 100.1 mm at" in figure.caption.replace("\u00a0", " ")
+    assert [len(panel.lines) for panel in figure.panels] == [3, 3, 1, 1]
+    assert [*widths.panels[0].lines][:2] == ["position", "velocity"]
+    (narrow, *_) = of_tube(loop, np.cumsum(bound, axis=0), 1e-3 * bound, boxes[:0], 8)
+    assert [len(panel.lines) for panel in narrow.panels] == [1, 1, 1, 1]
 
 
 def test_the_band_is_the_tube_of_the_proof(proved):
-    _, file, _ = proved
-    verdict = prove_mission(file, others=Unknown(start=1e-4))
-    traced = verdict.traced
-    assert traced.bound.shape == traced.error.shape == (len(traced.time), 2)
-    assert np.all(traced.bound[0] >= 1e-4)
-    assert len(traced.boxes) == len(traced.blocks)
-    position = [traced.states.index(name) for name in traced.states[:2]]
-    inside = traced.boxes[:, position]
-    last = np.searchsorted(traced.blocks, traced.time[1:], side="left") - 1
-    assert np.all(traced.bound[1:] <= inside[last] * (1.0 + 1e-9))
+    _, file, folder = proved
+    first, _ = prove_mission(file, others=Unknown(start=1e-4)).pictures
+    bound = np.array([*(panel.lines["bound"] for panel in first.panels[2:])]).T
+    assert np.all(bound[0] >= 1e-4)
+    assert bound.max(axis=0) == pytest.approx(read_certificate(folder / "tube.json").position.tolist(), rel=1e-12)
+
+
+def test_hover_is_drawn_with_flights_that_stay_within_what_is_proved(tmp_path):
+    text = MISSION.replace("end = [0.5, 0.0, 5.0]", "end = [0.0, 0.0, 5.0]")
+    (picture,) = prove_mission(write(tmp_path, text, "m.toml")).pictures
+    for panel in picture.panels:
+        assert np.all(panel.lines["flown"] <= panel.lines["proved"])
+    share = max(float((panel.lines["flown"] / panel.lines["proved"]).max()) for panel in picture.panels)
+    assert f"up to {100.0 * share:.0f} % of it" in picture.caption
+    assert share > 0.1
 
 
 def test_what_is_no_such_report_is_not_replaced(proved):

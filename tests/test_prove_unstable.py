@@ -69,8 +69,8 @@ def test_a_loop_that_is_too_fast_for_its_rotors_is_disproved(tmp_path, monkeypat
     assert (run.code, run.err) == (errors.DIVERGED, "")
     assert "disproved: hover is unstable." in run.out
     said = " ".join(run.out.split())
-    assert "met at any sample from 0.01 s on, every flight leaves a box about the rest within 0.53 s" in said
-    assert "rates disproved 0.184, 1e-15, 1e-15°/s 1, 1, 0.0337°/s" in said
+    assert "along the mode that grows fastest, leaves the box of the second column within 0.53 s" in said
+    assert "rates 0.184, 1e-15, 1e-15°/s 1, 1, 0.0337°/s" in said
     assert "mm; rates 1, 1, 0.0337°/s | 0.53 s |" in PAGE.read_text()
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["mission-proof.html"]
 

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from quadstep.linear.states import quantity
 from quadstep.proofs.prove.certificate_file import SetCertificate, folder_from, write_set
 from quadstep.proofs.prove.check_set import check_set
 from quadstep.proofs.prove.hold import Departure, Hold, described, number_extents
-from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, millimetres, off, rounded_down, under, up
+from quadstep.proofs.prove.proof_pictures import of_departure, of_set
+from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, millimetres, off, rounded_down, under, up, within
 from quadstep.proofs.prove.rest import LONGEST
 from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.unknown import Unknown
 
-COLUMNS = ("", "verdict", "begins within", "stays within")
+COLUMNS = ("", "begins within", "stays within")
 
 NOTHING = 1e-15
 """Lengths [m] that are not told from zero."""
@@ -31,39 +33,40 @@ def hover_for_ever(
         content = text, unknown, names, at.state, at.live, at.twins, at.unit, kept.modes.spread, kept.modes.pairs, found.radii
         write_set(out, SetCertificate(*content, kept.own, start, position, folder_from(out, path)))
     enough = start >= unknown.start
-    said = "proved" if enough else "open"
-    rows = rows_of(axes, said, start, position)
-    rows += [[quantity, said, "-", reach] for quantity, reach in described(loop, kept.reach)]
+    rows = rows_of(axes, start, position)
+    rows += [[part, "-", reach] for part, reach in described(loop, kept.reach)]
     begun = loop.at_rest(loop.like) if kept.own else at.state.tolist()
     says = [
-        "proved: " + sentence(unknown, start, begun[: len(axes)], kept.own, loop.period),
+        "proved: " + sentence(unknown, start, begun[: len(axes)], kept.own, loop.period, within(axes, position)),
         f"What stopped a larger set: {kept.found.limit}.",
     ]
     if not enough:
-        says.append(f"open: starts within {1e3 * unknown.start:g} mm were requested.")
-    return ProofVerdict(name, VerdictKind.PROVED if enough else VerdictKind.OPEN, rows, says, out, COLUMNS)
+        says = [f"open: starts within {1e3 * unknown.start:g} mm were requested, and less is proved.", *says]
+    kind = VerdictKind.PROVED if enough else VerdictKind.OPEN
+    return ProofVerdict(name, kind, rows, says, out, COLUMNS, of_set(loop, kept, position))
 
 
 def left_hover(name: str, loop: SampledLoop, unknown: Unknown, leaves: Departure) -> ProofVerdict:
     """Hover that flights leave from a start close to it."""
     axes, begins, box = loop.loop.plant.axes, number_extents(loop, leaves.begun), number_extents(loop, leaves.reach)
     rows = [
-        [axis, "disproved", millimetres_up(float(one)), millimetres_down(float(far)) if far else "0 mm"]
+        [axis, millimetres_up(float(one)), millimetres_down(float(far)) if far else "0 mm"]
         for axis, one, far in zip(axes, leaves.begun, leaves.reach, strict=False)
     ]
-    for quantity, (far, unit) in box.items():
-        begun = listed(begins[quantity][0], up, NOTHING)
+    for part, (far, unit) in box.items():
+        begun = listed(begins[part][0], up, NOTHING)
         said = [f"{one} {unit}".replace(" °", "°") for one in (begun, listed(far, rounded_down, 0.0))]
-        rows.append([quantity, "disproved", *said])
+        rows.append([quantity(part), *said])
     others = f", {under(Unknown(*unknown[:4]))}" if any(unknown[:4]) else ""
-    says = (
-        f"disproved: hover is unstable{others}. From a state this close to the loop's rest (third column; the law's memory is "
-        f"off too, along the fastest growing mode), met at any sample from {loop.period:g} s on, every flight leaves a box "
-        f"about the rest within {up(leaves.seconds, 3):g} s: at some sample, one of its numbers is farther off than the last "
-        "column says, or one of the law's memory is beyond a bound of its own. This holds for the law as flown, with "
-        "rounding."
-    )
-    return ProofVerdict(name, VerdictKind.DISPROVED, rows, [says], columns=("", "verdict", "from within", "out of"))
+    says = [
+        f"disproved: hover is unstable{others}. A flight that is off its rest as the first column says, along the mode that "
+        f"grows fastest, leaves the box of the second column within {up(leaves.seconds, 3):g} s.",
+        f"This holds for the law as flown, with rounding, at whichever sample from {loop.period:g} s on it is in that "
+        "state; the law's memory is off its rest too. It leaves the box as soon as one number is farther off than the second "
+        "column says, or one of the law's memory is beyond a bound of its own.",
+    ]
+    columns, shown = ("", "begins off the rest by", "leaves a box of"), of_departure(loop, leaves)
+    return ProofVerdict(name, VerdictKind.DISPROVED, rows, says, columns=columns, pictures=shown)
 
 
 def listed(values: Sequence[float], rounded: Callable[[float, int], float], least: float) -> str:
@@ -71,11 +74,8 @@ def listed(values: Sequence[float], rounded: Callable[[float, int], float], leas
     return ", ".join(f"{rounded(one, 3) if one >= NOTHING else least:.3g}" for one in values)
 
 
-def rows_of(axes: Sequence[str], said: str, start: float, position: Array) -> list[list[str]]:
-    return [
-        [axis, said, millimetres_down(start), f"{millimetres(float(one))} mm"]
-        for axis, one in zip(axes, position, strict=True)
-    ]
+def rows_of(axes: Sequence[str], start: float, position: Array) -> list[list[str]]:
+    return [[axis, millimetres_down(start), f"{millimetres(float(one))} mm"] for axis, one in zip(axes, position, strict=True)]
 
 
 def millimetres_up(metres: float) -> str:
@@ -86,7 +86,7 @@ def millimetres_down(metres: float) -> str:
     return f"{rounded_down(1e3 * metres, 3):.3g} mm"
 
 
-def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, period: float) -> str:
+def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, period: float, bounds: str) -> str:
     others = f" {under(Unknown(*unknown[:4]))}," if any(unknown[:4]) else ""
     also = off(unknown._replace(start=0.0))
     moved = f", off it by {' and '.join(also)} at most in the other parts of its state" if also else ""
@@ -94,7 +94,7 @@ def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, 
     else_ = "else as the mission's" if own else "else, with the law's memory, as at rest (the mission's start is too far off)"
     return (
         f"every flight{others} whose start is within {millimetres_down(start)} of ({point}) m on each axis{moved}, "
-        f"{else_}, is in this set about the loop's rest at all samples from {period:g} s to {LONGEST:g} s (11.6 "
+        f"{else_}, stays within {bounds} of the loop's rest at all samples from {period:g} s to {LONGEST:g} s (11.6 "
         "days), the longest time that this proof covers."
     )
 
@@ -103,8 +103,9 @@ def check_for_ever(path: Path) -> ProofVerdict:
     """The verdict on a certificate. Raises UserError."""
     found = check_set(path)
     if found.failed:
-        rows = [[axis, "not confirmed", "-", "-"] for axis in found.axes]
-        return ProofVerdict(found.name, VerdictKind.OPEN, rows, [f"not confirmed: {found.failed}"], columns=COLUMNS)
-    says = "confirmed: " + sentence(found.unknown, found.start, found.begun.tolist(), found.own, found.seconds)
-    rows = rows_of(found.axes, "proved", found.start, found.position)
-    return ProofVerdict(found.name, VerdictKind.PROVED, rows, [says], columns=COLUMNS)
+        return ProofVerdict(found.name, VerdictKind.OPEN, [], [f"not confirmed: {found.failed}"], columns=COLUMNS)
+    bounds = within(found.axes, found.position.tolist())
+    says = "confirmed: " + sentence(found.unknown, found.start, found.begun.tolist(), found.own, found.seconds, bounds)
+    return ProofVerdict(
+        found.name, VerdictKind.PROVED, rows_of(found.axes, found.start, found.position), [says], columns=COLUMNS
+    )

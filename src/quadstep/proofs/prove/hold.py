@@ -153,12 +153,14 @@ class Hold(NamedTuple):
 
 class Departure(NamedTuple):
     """Hover that is unstable. begun: how far a flight is off the rest at any sample but its first, reach: the box about the
-    rest that it leaves, of each state of the loop. seconds: in which it does [s].
+    rest that it leaves, of each state of the loop. seconds: in which it does [s]. rest, start: the states themselves.
     """
 
     begun: Array
     reach: Array
     seconds: float
+    rest: Array
+    start: Array
 
 
 def invariant_set(
@@ -200,7 +202,11 @@ def prove_departure(arithmetic: SetArithmetic, mode: int) -> Departure | None:
     if found is None:
         return None
     seconds = found.samples * arithmetic.loop.period
-    return Departure(everywhere(at, np.abs(found.begun)), everywhere(at, found.box), seconds)
+    start = at.state.copy()
+    start[list(at.live)] += found.begun
+    for place, other in at.twins.items():
+        start[place] = start[other]
+    return Departure(everywhere(at, np.abs(found.begun)), everywhere(at, found.box), seconds, at.state, start)
 
 
 def everywhere(at: RestingLoop, live: Array) -> Array:

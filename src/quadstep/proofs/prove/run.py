@@ -27,14 +27,15 @@ from quadstep.proofs.prove.for_ever import check_for_ever, hover_for_ever, left_
 from quadstep.proofs.prove.hold import Departure, invariant_set
 from quadstep.proofs.prove.hover import Hover, Instability, hover, instability
 from quadstep.proofs.prove.linear_maps import Coordinates, block, coordinates
-from quadstep.proofs.prove.report import UNTIL, ProofVerdict, TubeRecord, VerdictKind, millimetres, rounded_down, under, up
+from quadstep.proofs.prove.proof_pictures import of_flight, of_tube
+from quadstep.proofs.prove.report import UNTIL, ProofVerdict, VerdictKind, millimetres, rounded_down, under, up, within
 from quadstep.proofs.prove.rest import path_rests
 from quadstep.proofs.prove.sampled import Array, SampledLoop
-from quadstep.proofs.prove.tube import SAMPLES, OpenTube, Tube, beginning, tube
+from quadstep.proofs.prove.tube import SAMPLES, OpenTube, beginning, tube
 from quadstep.proofs.prove.unknown import Unknown, check_unknown
 from quadstep.report.bars import bar
 from quadstep.report.progress import Count
-from quadstep.report.units import quantity
+from quadstep.report.units import in_one_unit
 from quadstep.vehicle.lagrange import Parameters
 from quadstep.vehicle.paper import Disturbance
 
@@ -88,45 +89,39 @@ def prove_mission(
     flown, log = loop.flown()
     if log.outcome is not Outcome.COMPLETED:
         ended = fly(plan)
-        return ProofVerdict(mission.name, VerdictKind.DISPROVED, flown_rows(plan, ended), [f"disproved: {flight_says(ended)}"])
+        return flown_verdict(mission.name, plan, ended, [f"disproved: {flight_says(ended)}"])
     chosen, axes = coordinates(loop, flown, unknown), len(plan.loop.plant.axes)
     refuse_singular(path, loop, flown, unknown, chosen)
     with bar("proving", "samples", loop.samples) as progress:
         shown = Count(progress).add
         result = tube(loop, flown, unknown, chosen, axes, shown)
     apart = flown[:, :axes] - path_samples(loop, len(flown))
-    off, traced = np.abs(apart), closed_tube(loop, apart, result, chosen)
+    off, bound = np.abs(apart), result.position * 1.001
+    drawn = of_tube(loop, apart[: len(bound)], bound, result.boxes @ np.abs(chosen.spread).T, SAMPLES)
     if isinstance(result, OpenTube):
-        return still_open(mission.name, plan, loop, unknown, result, off, why)._replace(traced=traced)
-    position = result.position.max(axis=0) * 1.001
+        return still_open(mission.name, plan, loop, unknown, result, off, why)._replace(pictures=drawn)
+    position = bound.max(axis=0)
     if out is not None:
         names = tuple(loop.names)
         content = text, unknown, names, flown, SAMPLES, chosen.spread, result.boxes, position
         write_certificate(out, Certificate(*content, folder_from(out, path)))
-    return ProofVerdict(
-        mission.name,
-        VerdictKind.PROVED,
-        [
-            [axis, "proved", f"{millimetres(p)} mm", f"{millimetres(float(o))} mm"]  # as the check of the certificate has them
-            for axis, p, o in zip(plan.loop.plant.axes, position, (off.max(axis=0) + position) * UP, strict=True)
-        ],
-        [
-            f"proved: every flight of {loop.samples * loop.period:g} s {under(unknown)} stays within these bounds at all "
-            f"{len(flown)} samples.",
-            *not_for_ever(why),
-        ],
-        out,
-        traced=traced,
-    )
+    away = (off.max(axis=0) + position) * UP  # as the check of the certificate has it
+    names = plan.loop.plant.axes
+    says = [
+        f"proved: {tube_sentence(loop.samples * loop.period, unknown, names, away, f'{len(flown)} samples')}",
+        *not_for_ever(why),
+    ]
+    return ProofVerdict(mission.name, VerdictKind.PROVED, bounds_of(names, position, away), says, out, pictures=drawn)
 
 
-def closed_tube(loop: SampledLoop, error: Array, result: Tube | OpenTube, chosen: Coordinates) -> TubeRecord:
-    """A tube as far as it is closed. error: flown less desired position, (samples + 1, axes) [m]."""
-    count, blocks = len(result.position), len(result.boxes)
-    time: Array = np.arange(count, dtype=np.float64) * loop.period
-    boxes = result.boxes @ np.abs(chosen.spread).T
-    axes = tuple(loop.loop.plant.axes)
-    return TubeRecord(axes, time, error[:count], result.position, tuple(loop.names), time[::SAMPLES][:blocks], boxes)
+def tube_sentence(seconds: float, unknown: Unknown, axes: Sequence[str], away: Array, samples: str) -> str:
+    near = within(axes, away.tolist())
+    return f"every flight of {seconds:g} s {under(unknown)} stays within {near} of its path at all {samples}."
+
+
+def bounds_of(axes: Sequence[str], *bounds: Array) -> list[list[str]]:
+    """A row for each axis, of each bound [m]."""
+    return [[axis, *(f"{millimetres(float(one))} mm" for one in each)] for axis, *each in zip(axes, *bounds, strict=True)]
 
 
 def refuse_singular(path: Path, loop: SampledLoop, flown: Array, unknown: Unknown, chosen: Coordinates) -> None:
@@ -151,16 +146,9 @@ def checked(path: Path) -> ProofVerdict:
         return check_for_ever(path)
     found = check_certificate(path)
     if found.failed:
-        rows = [[axis, "not confirmed", "-", "-"] for axis in found.axes]
-        return ProofVerdict(found.name, VerdictKind.OPEN, rows, [f"not confirmed: {found.failed}"])
-    rows = [
-        [axis, "proved", f"{millimetres(p)} mm", f"{millimetres(o)} mm"]
-        for axis, p, o in zip(found.axes, found.position, found.off_path, strict=True)
-    ]
-    says = (
-        f"confirmed: every flight of {found.seconds:g} s {under(found.unknown)} stays within these bounds at all its samples."
-    )
-    return ProofVerdict(found.name, VerdictKind.PROVED, rows, [says])
+        return ProofVerdict(found.name, VerdictKind.OPEN, [], [f"not confirmed: {found.failed}"])
+    says = f"confirmed: {tube_sentence(found.seconds, found.unknown, found.axes, found.off_path, 'its samples')}"
+    return ProofVerdict(found.name, VerdictKind.PROVED, bounds_of(found.axes, found.position, found.off_path), [says])
 
 
 def path_samples(loop: SampledLoop, count: int) -> Array:
@@ -184,7 +172,7 @@ def still_open(
     position, seconds = result.position.max(axis=0), (closed - 1) * loop.period
     away = (off[:closed] + result.position).max(axis=0)
     rows = [
-        [axis, f"open after {seconds:g} s", *(f"{millimetres(one)} mm{UNTIL}{seconds:g} s" for one in bounds)]
+        [axis, *(f"{millimetres(one)} mm{UNTIL}{seconds:g} s" for one in bounds)]
         for axis, *bounds in zip(plan.loop.plant.axes, position, away, strict=True)
     ]
     says = [
@@ -198,15 +186,16 @@ def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> Pro
     """The verdict that hover is not a stable equilibrium."""
     log = fly(plan)
     place = ", ".join(f"{one:g}" for one in at.position)
+    doubling = f"{math.log(2.0) / growth.slowest:.3g} s"
     says = [
-        f"disproved: hover at the path's end ({place}) m is an exact equilibrium of the sampled loop, and it is unstable: "
-        f"{growth.unstable} of the {growth.states} eigenvalues of its Jacobian lie outside the unit circle, the law taken in "
-        f"exact arithmetic. The fastest error grows at {rounded_down(growth.slowest):g} to {up(growth.fastest):g} 1/s, "
-        f"doubling every {math.log(2.0) / growth.slowest:.3g} s: starts arbitrarily near to it are driven away from it.",
+        f"disproved: hover at the path's end ({place}) m is unstable: starts arbitrarily near to it are driven away, the "
+        f"fastest error doubling every {doubling}. It is an exact equilibrium of the sampled loop, and {growth.unstable} of "
+        f"the {growth.states} eigenvalues of its Jacobian lie outside the unit circle, the law taken in exact arithmetic. The "
+        f"fastest error grows at {rounded_down(growth.slowest):g} to {up(growth.fastest):g} 1/s.",
         *consequence(plan),
         flight_says(log),
     ]
-    return ProofVerdict(name, VerdictKind.DISPROVED, flown_rows(plan, log), says)
+    return flown_verdict(name, plan, log, says)
 
 
 def consequence(plan: FlightPlan) -> list[str]:
@@ -236,10 +225,16 @@ def flight_says(log: FlightLog) -> str:
     )
 
 
-def flown_rows(plan: FlightPlan, log: FlightLog) -> list[list[str]]:
-    """A row for each axis: how far the flight was off its path, to the state that ended it, which the log is without."""
+def flown_verdict(name: str, plan: FlightPlan, log: FlightLog, says: list[str]) -> ProofVerdict:
+    """A disproof with the mission's own flight: how far it was off its path along each axis, to the state that ended it, which
+    the log is without.
+    """
     axes = plan.loop.plant.axes
-    logged = log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes))
+    errors, t = log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes)), log.column("t")
     last = np.array(tuple(plan.loop.plant.error(log.final.state, plan.loop.reference(log.ended, plan.parameters))))
-    off = np.abs([*logged, *([last] if np.isfinite(last).all() else [])]).max(axis=0)
-    return [[axis, "disproved", "-", f"{quantity(float(one), 'm')} flown"] for axis, one in zip(axes, off, strict=True)]
+    if np.isfinite(last).all():
+        errors, t = np.vstack([errors, last]), np.append(t, log.ended)
+    off = np.abs(errors).max(axis=0)
+    texts = in_one_unit([(one, math.nan, math.nan) for one in off.tolist()], "m")
+    rows, shown = [list(row) for row in zip(axes, texts, strict=True)], of_flight(t, errors, plan.parameters.limits.distance)
+    return ProofVerdict(name, VerdictKind.DISPROVED, rows, says, columns=("axis", "flown off the path by"), pictures=shown)

@@ -199,6 +199,20 @@ class SampledLoop:
         before[:, :moving] = log.rows[:, :moving]
         return before[:: self.span], log
 
+    def flown_from(self, begun: Sequence[object], first: int, samples: int) -> Array:
+        """Flights side by side from these states, whose numbers are arrays, as long as all have one: (samples + 1, states,
+        flights). first: sample.
+        """
+        found = [np.stack(np.broadcast_arrays(*begun))]
+        for sample in range(first, first + samples):
+            try:
+                with np.errstate(all="ignore"):
+                    after = self.step([*found[-1]], float(sample * self.span))
+            except UndefinedError:
+                break
+            found.append(np.stack(np.broadcast_arrays(*after, found[-1][0])[:-1]))
+        return np.array(found, dtype=np.float64)
+
     def at_rest(self, cycle: Cycle) -> list[float]:
         """The state's numbers from a cycle."""
         leaves = flatten(cycle)

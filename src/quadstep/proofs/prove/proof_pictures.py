@@ -1,0 +1,112 @@
+"""What a proof shows: flights beside what is proved of them, as figures with captions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+
+from quadstep.linear.states import quantity
+from quadstep.numbers import flatten, rebuild
+from quadstep.proofs.prove.hold import Departure, Hold
+from quadstep.proofs.prove.report import millimetres
+from quadstep.proofs.prove.sampled import Array, SampledLoop
+from quadstep.report import units
+from quadstep.report.drawing import FigureJob
+from quadstep.report.panel import LOG, Panel
+
+MOST = 150
+"""Samples that are flown for a figure of a set."""
+
+SEEN = 0.02
+"""Share of an axis above which a bound around a line can be told from the line."""
+
+LARGEST = 8
+"""Most quantities whose boxes are drawn."""
+
+
+def of_tube(loop: SampledLoop, error: Array, bound: Array, boxes: Array, block: int) -> list[FigureJob]:
+    """A tube as far as it is closed. error: flown less desired position, and bound: of every flight about the flown one,
+    (samples + 1, axes) [m]. boxes: half-widths of each state, (blocks, states), one for every `block` samples.
+    """
+    time, axes, seen = np.arange(len(bound)) * loop.period, loop.loop.plant.axes, []
+    for axis, off, half in zip(axes, error.T, bound.T, strict=True):
+        others = {"most": off + half, "least": off - half} if half.max() > SEEN * np.ptp(off) else {}
+        seen.append(Panel(f"error in {axis}", "m", {"the mission's flight": off, **others}))
+    seen += [Panel(f"bound, {axis}", "m", {"bound": half}) for axis, half in zip(axes, bound.T, strict=True)]
+    most = [millimetres(one) for one in bound.max(axis=0).tolist()]
+    at = float(time[np.argmax(bound.max(axis=1))])
+    along = [axis for axis, one in zip(axes, most, strict=True) if one == millimetres(float(bound.max()))]
+    caption = (
+        "Left: how far the mission's own flight is from its path, and the most and the least that any of the flights can be, "
+        "unless they look the same. Right: how far any of them can be from the mission's own; it is largest along "
+        f"{units.listed(along)}, {millimetres(float(bound.max()))} mm at {units.quantity(at, 's')}."
+    )
+    drawn = [FigureJob("tube", caption, time, seen, 2)]
+    if not len(boxes):
+        return drawn
+    names = [quantity(name) for name in loop.names]
+    widest = {one: boxes[:, [name == one for name in names]].max(axis=1) for one in dict.fromkeys(names)}
+    kept = sorted((one for one in widest if widest[one].max() > 0.0), key=lambda one: -widest[one].max())[:LARGEST]
+    said = ", ".join(f"{one} {widest[one].max():.3g}" for one in kept)
+    caption = (
+        "Half-widths, in SI units, of the boxes around the flight that contain every state; the widest of each quantity. "
+        f"Where they grow, the enclosure loses more than the control law recovers. At most: {said}."
+    )
+    lines = Panel("half-width, SI units", "-", {one: np.maximum(widest[one], 1e-18) for one in kept}, LOG)
+    return [*drawn, FigureJob("boxes", caption, time[::block][: len(boxes)], [lines])]
+
+
+def of_flight(t: Array, errors: Array, limit: float) -> list[FigureJob]:
+    """How far the mission's own flight was from its path. errors: (samples, axes) [m]. limit: that ends it [m]."""
+    far = np.linalg.norm(errors, axis=1)
+    lines = {"the mission's flight": far, f"limit, {limit:g} m": np.full(len(t), limit)}
+    last, at = units.quantity(float(far[-1]), "m"), units.quantity(float(t[-1]), "s")
+    caption = (
+        f"Distance of the mission's own flight from its path: {last} at its end, {at}. A flight that goes beyond the limit is "
+        "lost. On this scale a line that rises evenly is an error that doubles again and again."
+    )
+    return [FigureJob("flight", caption, t, [Panel("distance", "m", lines, LOG)])]
+
+
+def of_set(loop: SampledLoop, kept: Hold, position: Array) -> list[FigureJob]:
+    """Flights from the corners of the box of starts, beside the set that none leaves. position: its extent [m]."""
+    axes, start = loop.loop.plant.axes, kept.found.start
+    corners = start * np.array(list(product((-1.0, 1.0), repeat=len(axes)))).T
+    begun: Sequence[object] = kept.at.state.tolist()
+    if kept.own:
+        first = flatten(loop.plan.start)
+        leaves = [*(one + way for one, way in zip(first, corners, strict=False)), *first[len(axes) :]]
+        cycle = flatten(loop.loop.start(rebuild(loop.plan.start, iter(leaves)), loop.parameters))
+        begun = [cycle[place] for place in loop.places]
+    else:
+        begun = [*(one + way for one, way in zip(kept.at.state, corners, strict=False)), *begun[len(axes) :]]
+    flown = np.abs(loop.flown_from(begun, 0, MOST)[1:, : len(axes)] - kept.at.state[: len(axes), None]).max(axis=2)
+    time = np.arange(1, len(flown) + 1) * loop.period
+    panels = [
+        Panel(f"{axis} off rest", "m", {"flown": off, "proved": np.full(len(off), bound)})
+        for axis, off, bound in zip(axes, flown.T, position, strict=True)
+    ]
+    share = float((flown.max(axis=0) / position).max())
+    caption = (
+        f"Flown from the {corners.shape[1]} corners of the box of starts: the farthest of these flights from the loop's rest, "
+        f"at each sample of the first {time[-1]:g} s, below what is proved for every start in the box and all later samples. "
+        f"They use up to {100.0 * share:.0f} % of it."
+    )
+    return [FigureJob("set", caption, time, panels, len(panels))]
+
+
+def of_departure(loop: SampledLoop, leaves: Departure) -> list[FigureJob]:
+    """The flight from the state that is proved to leave the box."""
+    flown = loop.flown_from(leaves.start[:, None], 1, round(leaves.seconds / loop.period))[:, :, 0]
+    moving = leaves.reach > 0.0
+    off = np.abs(flown - leaves.rest)[:, moving] / leaves.reach[moving]
+    share, time = off.max(axis=1), np.arange(len(flown)) * loop.period
+    out = int(np.argmax(share > 1.0))
+    caption = (
+        "The flight from the state in the table: the number that has used most of its half of the box, and the edge of the "
+        f"box, which it crosses after {time[out]:.3g} s; proved is that it does within {leaves.seconds:.3g} s."
+    )
+    lines = {"flown": share, "edge of the box": np.ones(len(flown))}
+    return [FigureJob("departure", caption, time, [Panel("share of the box", "-", lines, LOG)])]
