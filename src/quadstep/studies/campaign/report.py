@@ -42,7 +42,7 @@ GLANCE: Mapping[str, Callable[[CampaignSummary], str]] = {
     "distributions": text.medians,
     "ranking": lambda _: (
         "How much of the variance [%] each key explains on its own. A bar of the position RMSE (of its logarithm) says "
-        "what makes completed flights near or far, one of failure what makes flights fail. Black lines: 95 % intervals."
+        "what makes completed flights near or far, one of failure what makes flights fail. Thin lines: 95 % intervals."
     ),
 }
 """Figures of the summary, if they are drawn, and what to see in them."""

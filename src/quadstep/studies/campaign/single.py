@@ -176,14 +176,8 @@ def draw_points(
                 inside = box.left >= left and box.right <= right and box.bottom >= bottom and box.top <= top
                 if inside and not any(box.meets(other) for other in taken):
                     taken.append(box)
-                    looks: dict[str, Any] = {
-                        "ha": "center",
-                        "va": "center_baseline",
-                        "fontsize": size,
-                        "url": link,
-                        "bbox": CLEAR,
-                    }
-                    axes.annotate(str(flight), at, (middle - ring).tolist(), textcoords="offset points", **looks)
+                    looks: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": size, "bbox": CLEAR}
+                    axes.annotate(str(flight), at, (middle - ring).tolist(), textcoords="offset points", url=link, **looks)
                     break  # where no place is free, the ring has to do
     return True
 
