@@ -188,7 +188,7 @@ def piece(probability, kind=PieceKind.REPLICATE, crude_failures=0, again=None):
 REPLICATES = [piece(p) for p in (0.9e-5, 1.0e-5, 1.1e-5, 0.8e-5, 1.2e-5)]
 
 
-def told(text):
+def as_number(text):
     """A number as a sentence has it, also as 2.88 × 10⁻¹¹."""
     digits = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--")
     return float(text.translate(digits).replace(",", "").replace(" × 10", "e").replace("\N{NO-BREAK SPACE}× 10", "e"))
@@ -206,11 +206,11 @@ def test_what_is_said_of_a_known_probability_holds_as_often_as_it_says():
             change = {"crude": one.crude, "crude_failures": one.crude_failures}
             pieces.append(own.model_copy(update={"events": [own.events[0].model_copy(update=change)]}))
         first, *others = sentences(summarise(pieces), Method.CROSS_ENTROPY)
-        value, count = map(told, re.search(rf"probability {number} \(about 1 flight in {number}\)", first).groups())
-        low, high = map(told, re.search(rf"95 % confidence {number} to {number}, ", first).groups())
+        value, count = map(as_number, re.search(rf"probability {number} \(about 1 flight in {number}\)", first).groups())
+        low, high = map(as_number, re.search(rf"95 % confidence {number} to {number}, ", first).groups())
         assert low <= value <= high and value * count == pytest.approx(1.0, rel=0.06)
         held.append(low <= truth <= high)
-        low, high = map(told, re.search(rf"between {number} and {number} with 99 % confidence", others[-1]).groups())
+        low, high = map(as_number, re.search(rf"between {number} and {number} with 99 % confidence", others[-1]).groups())
         plain.append(low <= truth <= high)
     assert (sum(held) >= 88, sum(plain) >= 97) == (True, True), (sum(held), sum(plain))
 

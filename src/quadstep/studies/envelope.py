@@ -88,7 +88,7 @@ class Map(Study[Envelope]):
         """The same, called by the values of its cell."""
         if one.replay is None:
             return one
-        name = ", ".join(axis.told(cast("Value", one.replay.values[axis.key])) for axis in reversed(self.asked.axes))
+        name = ", ".join(axis.in_words(cast("Value", one.replay.values[axis.key])) for axis in reversed(self.asked.axes))
         return one._replace(replay=one.replay._replace(mission=one.replay.mission.model_copy(update={"name": name})))
 
 
@@ -128,7 +128,7 @@ def panels(request: Request, cells: Cells) -> Iterator[MapPanel]:
         flyable, rmse = cells.flyable[place], cells.rmse[place][cells.flyable[place]]
         counts = zip(CAUSES, cells.causes[place].reshape(-1, len(CAUSES)).sum(axis=0).tolist(), strict=True)
         yield MapPanel(
-            request.by.told(request.by.values[place]) if request.by else "",
+            request.by.in_words(request.by.values[place]) if request.by else "",
             flyable.size,
             int(flyable.sum()),
             float(cells.share[place].mean()),
@@ -168,7 +168,7 @@ def answer(envelope: Envelope) -> str:
     how, more = f"{asked.campaign.meaning}{most_of(asked)}", f"{same}{ends(envelope)}{idle(envelope)}"
     names = [f" with {one.name}" if one.name else "" for one in envelope.panels]
     if asked.cells == 1:
-        at = f"{asked.x.told(asked.x.values[0])} and {asked.y.told(asked.y.values[0])}{names[0]}"
+        at = f"{asked.x.in_words(asked.x.values[0])} and {asked.y.in_words(asked.y.values[0])}{names[0]}"
         can = "can" if envelope.cells.flyable.all() else "cannot"
         return f"The one combination of this map, {at}, {can} be flown{how}.{more}"
     if envelope.cells.flyable.all():
@@ -214,7 +214,7 @@ def ends(envelope: Envelope) -> str:
     told = []
     for found in (np.nanargmin(shown), np.nanargmax(shown)):
         where = np.unravel_index(found, shown.shape)
-        at = units.listed([one.told(one.values[where[place]]) for one, place in axes])
+        at = units.listed([one.in_words(one.values[where[place]]) for one, place in axes])
         told.append(f"{units.quantity(float(shown[where]), 'm')} ({at})")
     what = f"{'median ' if asked.flights > 1 else ''}position RMSE"
     return f" Where it can be flown, the {what} ranges from {told[0]} to {told[1]}."

@@ -203,7 +203,7 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Ma
             draw_panel(axes, request, cells, place, norm)
             link_cells(axes, request, place, links)
             if request.by:
-                axes.set_title(request.by.told(request.by.values[place]))
+                axes.set_title(request.by.in_words(request.by.values[place]))
         for axes in grid.flat[max(0, count - columns) : count]:
             axes.set_xlabel(label(mission, request.x.key))
             axes.tick_params(labelbottom=True)
@@ -282,7 +282,7 @@ def tell_cells(axes: Axes, request: Request, cells: Cells, place: int) -> None:
     across, up = edges(request.x).tolist(), edges(request.y).tolist()
     for (row, column), good in np.ndenumerate(cells.share[place]):
         where = ((request.x, column), (request.y, row))
-        name = ", ".join(axis.told(axis.values[i]) for axis, i in where)
+        name = ", ".join(axis.in_words(axis.values[i]) for axis, i in where)
         rmse, cause = float(cells.rmse[place, row, column]), int(cells.cause[place, row, column])
         told = [("succeed", percent(float(good)))] if cells.flights > 1 else []
         told += [("position RMSE", quantity(rmse, "m"))] if math.isfinite(rmse) else []

@@ -45,7 +45,7 @@ class MapAxis(NamedTuple):
             said = f"{round(value, max(0, 1 - math.floor(math.log10(step)))) + 0.0:.10g}"
         return f"{said}{unit_suffix(self.unit or '-')}"
 
-    def told(self, value: Value) -> str:
+    def in_words(self, value: Value) -> str:
         """A value in words: "nets off", "path duration = 4 s"."""
         said = ("off", "on")[value] if isinstance(value, bool) else f"= {self.shown(value)}"
         return f"{words(self.key)} {said}"
