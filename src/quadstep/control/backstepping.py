@@ -34,9 +34,8 @@ class BacksteppingGains(NamedTuple):
     integral_1: Vector = gain(0.2, "N/m", "gain of the integral of r1 (Eq. 24)", key="K_i1", zero=True, high=2.0)
     slope_2: Vector = gain(15.0, "1/s", "decay rate of the attitude error while r2 = 0 (Eq. 28)", key="Lambda2", parts=ANGLES)
     gain_2: Vector = gain(
-        250.0, "N m s", "gain of r2; the theorem requires K_r2 > J_M max(Lambda2), J_M = 2 max(inertia)",
-        key="K_r2", parts=ANGLES,
-    )  # fmt: skip
+        250.0, "N m s", "gain of r2; Theorem 5.1: K_r2 > J_M max(Lambda2), J_M = 2 max(inertia)", key="K_r2", parts=ANGLES
+    )
     integral_2: Vector = gain(
         10.0, "N m", "gain of the integral of r2 (Eq. 35)", key="K_i2", parts=ANGLES, zero=True, high=100.0
     )
