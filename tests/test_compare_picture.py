@@ -50,7 +50,7 @@ def test_any_number_of_controllers_can_be_drawn(tmp_path, count):
 
 @pytest.mark.parametrize(
     ("median", "lost", "words"),
-    [(0.0123, 0.0, "12.3"), (0.0123, 0.044, "12.3\n4.4 % lost"), (0.5, 0.999, "500\n99.9 % lost"), (math.inf, 1.0, "lost")],
+    [(0.0123, 0.0, "12.3"), (0.0123, 0.044, "12.3\n4.4 % lost"), (0.5, 0.999, "500\n99.90 % lost"), (math.inf, 1.0, "lost")],
 )
 def test_a_square_says_the_median_and_what_is_lost(median, lost, words):
     assert square_text(result("law", median, lost), "e", 1000.0) == words

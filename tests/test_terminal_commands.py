@@ -79,7 +79,7 @@ WIDTHS = 80, pytest.param(200, marks=pytest.mark.thorough)
 
 SAID = {
     "version": "quadstep 0",
-    "fly": "rotors saturated [% of time]",
+    "fly": "rotors saturated",
     "vehicles": "research-2.6kg",
     "vehicle": "rotor.torque_coefficient",
     "certify": "Theorem 5.1",

@@ -258,7 +258,7 @@ def percent(value: float, low: float = math.nan, high: float = math.nan) -> str:
     """A share, with its interval if there is one; as many digits as it takes to tell it from 0 and from 100 %."""
     shares = [100.0 * one for one in (value, low, high)]
     rest = min(100.0 - shares[0], shares[0]) if math.isfinite(shares[0]) else 0.0
-    places = 1 if rest >= 1.0 else min(6, 1 - math.floor(math.log10(rest))) if rest > 1e-9 else 1
+    places = 1 if rest >= 1.0 else min(6, 1 - math.floor(math.log10(rest) + 1e-9)) if rest > 1e-9 else 1
     if math.isfinite(low) and math.isfinite(high) and high > low:
         places = max(places, min(6, 1 - math.floor(math.log10(100.0 * (high - low)))))
 
@@ -267,7 +267,7 @@ def percent(value: float, low: float = math.nan, high: float = math.nan) -> str:
 
     return (
         f"{text(shares[0]).removesuffix('.0')} %"
-        if math.isnan(low)
+        if math.isnan(low) or low == value == high
         else f"{text(shares[0])} [{text(shares[1])}, {text(shares[2])}] %"
     )
 

@@ -152,6 +152,13 @@ def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fa
         )
         along = f"from the path{when}" if "largest_error[m]" in metrics else "along one axis"
         found.append(markup.Fact("largest error", units.quantity(largest, "m"), f"{along}{counted and f'; counted{counted}'}"))
+    rest = rest_of(metrics) or {"grade": "not computed", "why": "quadstep linear takes the time that they need"}
+    return [*found, *of_limits(metrics), markup.Fact("loop at rest where the path begins", rest["grade"], rest["why"])]
+
+
+def of_limits(metrics: Metrics) -> list[markup.Fact]:
+    """How close the vehicle came to its limits, as far as the flight has that."""
+    found = []
     if "largest_tilt[rad]" in metrics:
         tilt = f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°"
         found.append(markup.Fact("largest tilt", tilt, "between thrust and vertical"))
@@ -161,8 +168,7 @@ def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fa
         found.append(markup.Fact("least thrust margin", units.percent(1.0 - share), more))
     if "saturated_share" in metrics:
         found.append(markup.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), "of the time"))
-    rest = rest_of(metrics) or {"grade": "not computed", "why": "quadstep linear takes the time that they need"}
-    return [*found, markup.Fact("loop at rest where the path begins", rest["grade"], rest["why"])]
+    return found
 
 
 def own_facts(mission: "Mission", metrics: Metrics) -> list[markup.Fact]:

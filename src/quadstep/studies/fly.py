@@ -32,7 +32,7 @@ from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import quantity
-from quadstep.studies.flight_report import cut, error_rows, errors_since, of_log, own_facts, write_report
+from quadstep.studies.flight_report import cut, error_rows, errors_since, of_limits, of_log, own_facts, write_report
 
 REPORT = "report.html"
 
@@ -261,15 +261,7 @@ def summarise(
     the state that ended it, as in metrics.json.
     """
     rows = [[f"{axis} [{unit}]", *values] for axis, *values, unit in error_rows(metrics)]
-    facts = [
-        [name, f"{offset + scale * metric(metrics, key):.3g}"]
-        for name, key, scale, offset in (
-            ("largest tilt [°]", "largest_tilt[rad]", math.degrees(1.0), 0.0),
-            ("least thrust margin [%]", "largest_thrust_share", -100.0, 100.0),
-            ("rotors saturated [% of time]", "saturated_share", 100.0, 0.0),
-        )
-        if key in metrics
-    ]
+    facts = [[one.what, one.value] for one in of_limits(metrics)]
     completed = log.outcome is Outcome.COMPLETED
     if completed:
         error = f"position RMSE {quantity(metric(metrics, 'position_rmse[m]'), 'm')}{counted}"

@@ -15,14 +15,14 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.io import __version__
 from quadstep.linear.grade import UNSTABLE, Grade
 from quadstep.metrics.registry import EFFORTS, SOUND
-from quadstep.metrics.statistics import Estimate, finite, share, share_difference
+from quadstep.metrics.statistics import Estimate, finite
 from quadstep.mission.data_files import briefly
 from quadstep.mission.schema import Mission
 from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.panel import Panel
-from quadstep.studies.tuning.objective import CandidateFlights, Row, rows
+from quadstep.studies.tuning.objective import CandidateFlights, Row, rows, shares_of
 
 PICTURE = "step"
 HEADER = ("", "before", "after", "after - before")
@@ -94,17 +94,10 @@ def unsettled(side: Side) -> str:
     return UNSTABLE if side.grade.word == UNSTABLE else lost
 
 
-def failing(sides: tuple[Side, Side], flights: int) -> tuple[Estimate, Estimate, Estimate]:
-    """Shares of failed flights before and after, and by how much they differ."""
-    lost = [np.not_equal(one.flown.outcome, Outcome.COMPLETED) for one in sides]
-    more, fewer = int((lost[1] & ~lost[0]).sum()), int((lost[0] & ~lost[1]).sum())
-    return share(int(lost[0].sum()), flights), share(int(lost[1].sum()), flights), share_difference(more, fewer, flights)
-
-
 def evidence(
     question: Question, law: type[Controller], mission: Mission, before: Mapping[str, float], sides: tuple[Side, Side]
 ) -> Evidence:
-    failed = failing(sides, question.flights)
+    failed = shares_of(*(~one.flown.completed for one in sides))
     measured = rows(("position_rmse", "largest_error", *EFFORTS), sides[0].flown, sides[1].flown)
     steps = [response(one) for one in sides]
     instead = [unsettled(one) for one in sides]

@@ -13,10 +13,10 @@ from quadstep.report.canvas import drawing, legend_columns, wrapped, write
 from quadstep.report.colours import CURVES
 from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
-from quadstep.report.units import number
+from quadstep.report.units import number, percent
 from quadstep.studies.comparison.answer import unit_of
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.words import LOST, interval_text, percent, share_lost, situation_caption, title
+from quadstep.studies.comparison.words import LOST, interval_text, share_lost, situation_caption, title
 
 SHAPES, FACES = "osD^v<>ph*", ("black", "white", *CURVES[:2])
 """Of marks: told apart by shape and fill."""
@@ -104,7 +104,7 @@ def tell_result(axes: Axes, one: SituationResult, results: Comparison, height: f
             (title(results, results.metric), interval_text(spread.median, factor)),
             (results.high, interval_text(spread.high, factor)),
         ]
-        said += [("lost", percent(one.lost))] if one.lost.value else []
+        said += [("lost", percent(*one.lost))] if one.lost.value else []
         tell(axes, ToldPlace(left, right, height, height, f"{one.controller}, {situation_caption(one.situation)}", said))
 
 

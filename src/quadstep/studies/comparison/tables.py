@@ -7,13 +7,13 @@ from pathlib import Path
 import pyarrow as pa
 
 from quadstep.report.publish import booktabs, cell, write_csv
-from quadstep.report.units import counted, number
+from quadstep.report.units import counted, number, percent
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.comparison.answer import unit_of
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.cost import BOARD
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.words import NOTHING, interval_text, measured, percent, share_lost, title
+from quadstep.studies.comparison.words import NOTHING, interval_text, measured, share_lost, title
 
 Row = dict[str, object]
 
@@ -100,7 +100,7 @@ def full_rows(results: Comparison, vehicle: str) -> tuple[list[str], list[list[s
     for one in results.results:
         if one.situation.vehicle == vehicle:
             rank = results.ranked[one.situation].ranks[one.controller]
-            row = [", ".join(filter(None, one.situation[1:])), one.controller, f"{rank:.2f}", percent(one.lost)]
+            row = [", ".join(filter(None, one.situation[1:])), one.controller, f"{rank:.2f}", percent(*one.lost)]
             row.append(", ".join(one.grade.labels or [one.grade.grade]) if one.grade else NOTHING)
             for name in results.metrics:
                 spread, factor = one.spreads[name], unit_of(results, name).factor
@@ -155,7 +155,7 @@ def margin_rows(results: Comparison) -> list[list[str]]:
             value, low, high = (range_text(part, entry.low, entry.high) for part in estimate)
             shown = value if low == value == high else f"{value} [{low}, {high}]"
             points.append(f"{shown}{f' {entry.unit}' if entry.unit else ''}")
-        rows.append([name, vehicle, controller, *points, percent(one.checked) if one.checked else NOTHING])
+        rows.append([name, vehicle, controller, *points, percent(*one.checked) if one.checked else NOTHING])
     return rows
 
 

@@ -7,7 +7,7 @@ from quadstep.linear.grade import WORST_FIRST
 from quadstep.metrics.registry import at_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import FlightGrade
-from quadstep.report.units import counted, listed, metric, number, prose, unit_suffix
+from quadstep.report.units import counted, listed, metric, number, percent, prose, unit_suffix
 from quadstep.studies.comparison.answer import SEVERAL, answer, leading, negligible, several, tied, unit_of
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
@@ -68,19 +68,9 @@ def end(value: float) -> str:
     return number(value) if math.isfinite(value) else LOST if value > 0.0 else NOTHING
 
 
-def percent(estimate: Estimate) -> str:
-    value, low, high = (100.0 * one for one in estimate)
-    return f"{value:.3g} % [{end_percent(low)}, {end_percent(high)}]"
-
-
-def end_percent(value: float) -> str:
-    """A percentage to two digits, and one hundred as such."""
-    return f"{value:.2g}" if value < 99.5 else f"{value:.3g}"
-
-
 def share_lost(one: SituationResult) -> str:
     """What a controller loses in a situation."""
-    return f"{end_percent(100.0 * one.lost.value)} % lost"
+    return f"{percent(one.lost.value)} lost"
 
 
 # Sentences
@@ -134,7 +124,7 @@ def of_all(results: Comparison) -> list[str]:
         lost = [one.lost.value for one in flown if one.lost.value]
         who, whose = (first, f"{first}'s") if others else ("it", "its")
         loses = f", though {who} loses flights in {len(lost)} of {many} situations" if lost else ""
-        loses += f", up to {end_percent(100.0 * max(lost))} % of them" if lost else ""
+        loses += f", up to {percent(max(lost))} of them" if lost else ""
         some = f" over the {len(flown)} of {many} situations that {who} flew" if len(flown) < many else ""
         leads = f"{several(results.leaders)} share" if others else f"{first} has"
         rank = f"{min(results.overall().values()):.2f} from 0 (always first) to 1 (always last)"
@@ -226,7 +216,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
         return " ".join(
             [*(f"{one}." for one in known), losses if sum(one.lost.value > 0.0 for one in results.values()) > 2 else ""]
         ).strip()
-    loses = f", though {best if equal[1:] else 'it'} loses {end_percent(100.0 * share)} % of its flights," if share else ""
+    loses = f", though {best if equal[1:] else 'it'} loses {percent(share)} of its flights," if share else ""
     text = f"{where}{several(equal)}{loses} {has} the smallest median {metric(full)[0]}, {value}{suffix}"
     text += f" ({counted(found.seeds, 'flight')} are too few for an interval)" if few else ""
     text += f", but in {whose} median flight, {listed(grade.reasons)}" if grade and grade.reasons else ""
@@ -265,7 +255,7 @@ def lost_flights(results: dict[str, SituationResult]) -> str:
     if len(lost) > SEVERAL:
         every = sum(share.value == 1.0 for share in lost.values())
         return f"{len(lost)} of {len(results)} lose flights{f', {every} of them lose all' if every else ''}."
-    return f"Lost: {', '.join(f'{several([name])} {percent(share)}' for name, share in lost.items())}." if lost else ""
+    return f"Lost: {', '.join(f'{several([name])} {percent(*share)}' for name, share in lost.items())}." if lost else ""
 
 
 def wins(results: Comparison) -> list[list[str]]:
