@@ -43,7 +43,7 @@ def thumbnail(*flights: tuple[io.BufferedReader, bool]) -> str:
     size = float(min((np.array([WIDE, HIGH - CAPTION]) - 2.0 * MARGIN) / np.maximum(span, 1e-9)))
     *flown, asked = [(path - low - 0.5 * span) * [size, -size] + [0.5 * WIDE, 0.5 * (HIGH - CAPTION)] for path in paths]
     lines = [line(asked, f'stroke="var(--{COLOURS[0] if len(flights) == 1 else "muted"})" stroke-width="5" opacity="0.26"')]
-    for path, (_, lost), colour in zip(flown, flights, COLOURS, strict=False):
+    for path, (_, lost), colour in reversed([*zip(flown, flights, COLOURS, strict=False)]):  # the first hides the second
         dashes = 'stroke-dasharray="5 4" ' * (colour != COLOURS[0])
         x, y = path[-1]
         end = f"M{x - 6:.1f} {y - 6:.1f}l12 12m0-12l-12 12" if lost else f"M{x:.1f} {y:.1f}h0"
