@@ -1,5 +1,6 @@
 """Flights of a vehicle whose every number is known, logged as a real one is: noise, lag, jitter."""
 
+import math
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
@@ -8,6 +9,7 @@ import numpy as np
 
 from quadstep import Mission, fly_all
 from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.identify.parameters import GROWS
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.presets import preset_table
 from quadstep.vehicle.allocation import allocation
@@ -51,6 +53,18 @@ PID = {
 def start() -> AirframeSection:
     """What an identification begins with: the preset, wrong in everything that is to be found."""
     return AirframeSection.model_validate(preset_table("crazyflie"))
+
+
+def misgiven(vehicle: AirframeSection, mass: float, thrust: float, about_z: float) -> AirframeSection:
+    """A vehicle with what no flight reveals, mass, thrust coefficient and inertia about z, times these."""
+    x, y, z = vehicle.inertia
+    rotor = vehicle.rotor.model_copy(update={"thrust_coefficient": thrust * vehicle.rotor.thrust_coefficient})
+    return vehicle.model_copy(update={"mass": mass * vehicle.mass, "inertia": (x, y, about_z * z), "rotor": rotor})
+
+
+def wrong_start() -> AirframeSection:
+    """The same, also wrong in what no flight reveals."""
+    return misgiven(start(), 1.1, 0.8, 0.75)
 
 
 def true_vehicle() -> dict[str, Any]:
@@ -110,10 +124,29 @@ def logged(seed: int, guidance: float = 0.002, shaken: bool = False, noise: floa
     return [record(flight, drawn) for flight in flown(seed, guidance, shaken)]
 
 
-def true_value(key: str) -> float:
-    """What a fit should find: the preset's nominal voltage is that of a full battery."""
+SCALES: dict[str, Callable[[float, float, float], float]] = {
+    "": lambda m, k, j: 1.0,
+    "m": lambda m, k, j: m,
+    "√(m / k_f)": lambda m, k, j: math.sqrt(m / k),
+    "√(m k_f)": lambda m, k, j: math.sqrt(m * k),
+    "J_z k_f / m": lambda m, k, j: j * k / m,
+    "J_z √(k_f / m)": lambda m, k, j: j * math.sqrt(k / m),
+}
+"""What numbers are proportional to, of the mass, the thrust coefficient and the inertia about z; no flight reveals these."""
+
+
+def true_value(key: str, begun: AirframeSection | None = None) -> float:
+    """What a fit should find that begins with a vehicle: the preset's nominal voltage is that of a full battery, and what
+    flights determine only over what they hide is as much larger as the vehicle has it wrong.
+    """
     ratio = (start().battery.full / NOMINAL) ** TRUTH["command.voltage_exponent"]
-    return TRUTH[key] * (ratio if key == "command.speed" else 1.0)
+    return scale(key, begun or start(), start()) * TRUTH[key] * (ratio if key == "command.speed" else 1.0)
+
+
+def scale(key: str, given: AirframeSection, true: AirframeSection) -> float:
+    """By how much a number must differ for a given vehicle to fly as the true one does."""
+    both = ((one.mass, one.rotor.thrust_coefficient, one.inertia[2]) for one in (given, true))
+    return SCALES[GROWS.get(key, "")](*(a / b for a, b in zip(*both, strict=True)))
 
 
 def record(flight: Any, drawn: Callable[..., Floats]) -> FlightRecord:

@@ -180,7 +180,10 @@ def test_a_log_that_carries_no_advice_is_refused_with_the_reason(tmp_path):
         excited(tmp_path / "unlogged.bin", None)
     with pytest.raises(UserError, match="--columns"):
         excited(tmp_path / "a.mcap", None)
-    with pytest.raises(UserError, match="log of topics"):
+    with pytest.raises(UserError, match=r"a\.csv: file not found"):
+        excited(tmp_path / "a.csv", None)
+    (tmp_path / "a.csv").write_text("t,x\n0,1\n")
+    with pytest.raises(UserError, match=r"a\.csv: should be the vehicle's own log, not a table made from it: \.bin, "):
         excited(tmp_path / "a.csv", None)
 
 

@@ -30,7 +30,7 @@ from quadstep.mission.listings import read_vehicle
 from quadstep.numbers import Vector
 from quadstep.vehicle.rigid_body import AirframeState
 from tests.commands import quadstep
-from tests.made_flights import MAPPING, NOMINAL, TRUTH, logged, start, table, true_value, write
+from tests.made_flights import MAPPING, NOMINAL, TRUTH, logged, start, table, true_value, write, wrong_start
 
 pytestmark = pytest.mark.usefixtures("optimised")
 
@@ -161,12 +161,13 @@ def test_intervals_hold_where_few_parts_of_flight_tell_most():
 
 
 def test_a_known_vehicle_is_found_again(flights):
-    found = identify(flights, start(), lambda what: None, predictors=False, still=True)
+    begun = wrong_start()  # in mass, thrust coefficient and inertia about z too, which no flight reveals
+    found = identify(flights, begun, lambda what: None, predictors=False, still=True)
     for key, one in found.fitted.items():
-        assert one.value == pytest.approx(true_value(key), rel=0.2 if key == "command.delay" else 0.08), key
+        assert one.value == pytest.approx(true_value(key, begun), rel=0.2 if key == "command.delay" else 0.08), key
         assert one.low < one.value < one.high
     # 95 % of these intervals should hold the true number: `python -m tests.identified coverage 100`
-    inside = [key for key, one in found.fitted.items() if one.low <= true_value(key) <= one.high]
+    inside = [key for key, one in found.fitted.items() if one.low <= true_value(key, begun) <= one.high]
     assert len(inside) >= len(found.fitted) - 2, set(found.fitted) - set(inside)
 
 
@@ -281,7 +282,8 @@ def test_numbers_that_yaw_determines_are_told_as_they_are_written(truth):
     for key, value in zip(two, (written.rotor.torque_coefficient, written.rotor.inertia), strict=True):
         assert found.fitted[key][:3] == pytest.approx([factor * one for one in fitted[key][:3]])
         assert found.fitted[key].value == pytest.approx(value, rel=1e-5)
-        assert f"{value:.4g}, 95 % {found.fitted[key].low:.4g} to {found.fitted[key].high:.4g}" in written.sources[key]
+        assert f"{value:.4g}, proportional to J_z" in written.sources[key]
+        assert "; 95 % of the fit alone: -10 to +20 %" in written.sources[key]
     assert written.sources["command.exponent"] == "as it was: the reason"
     assert as_toml(written).startswith("# Not determined by the flights that it was identified from")
     assert written.doubts() == ["vehicle: the flights from which it was identified do not determine command.exponent"]
@@ -390,12 +392,14 @@ def test_the_report_says_what_was_found_and_what_is_left(tmp_path, flights, trut
     found = Identified(
         truth, None, {"rotor.rise_time": Fitted(0.04, 0.03, 0.05, "s", "made")}, {"command.exponent": "the reason"}
     )
-    run = Identification(vehicle, with_fitted(found), [], None, None, None)
+    two = {"rotor.rise_time": Fitted(0.04, 0.03, 0.05, "s", ""), "inertia[0]": Fitted(2e-5, 1.9e-5, 2.4e-5, "kg m^2", "")}
+    run = Identification(vehicle, found._replace(fitted=two), [], None, None, None)
     told = evidence(run, flights[:1], start(), "made")
     pages.write_identification(tmp_path / "r.html", told, run, flights[:1], start())
-    text = (tmp_path / "r.html").read_text()
+    text = (tmp_path / "r.html").read_text().replace("\u00a0", " ")
     for words in (
-        "rotor rise time, <code>rotor.rise_time</code>",
+        "rotor rise time, <code>rotor.rise_time</code></td><td>0.040</td><td>s</td><td>0.030 to 0.050</td>",
+        "inertia about x, <code>inertia[0]</code></td><td>2.0 × 10⁻⁵</td><td>kg m²</td><td>m</td><td>−5.0 to +20 %</td>",
         "the reason",
         "No flight was held out",
         "made0",

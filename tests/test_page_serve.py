@@ -240,7 +240,7 @@ def test_a_log_that_is_dropped_on_the_list_gives_the_advice_of_the_command(tmp_p
         assert asked["log"] == "my_flight.bin"
         for name, sent, said in (
             ("empty.ulg", b"", "empty.ulg: is empty"), ("../../x.bin", bytes(5000), "cannot be read as an ArduPilot log"),
-            ("a.csv", b"1", "should be a log of topics"), (".." * 40, b"1", "should be a log of topics"),
+            ("a.csv", b"1", "should be the vehicle's own log"), (".." * 40, b"1", "should be the vehicle's own log"),
         ):  # fmt: skip
             status, answered = send(port, name, sent)
             assert status == 422

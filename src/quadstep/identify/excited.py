@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.logs.flight import Floats, damage
-from quadstep.identify.logs.read import of_topics, read_topics
+from quadstep.identify.logs.read import of_topics, read_topics, refuse_empty
 from quadstep.identify.logs.series import Series, Topics, refuse_backward
 from quadstep.identify.measured import measured
 from quadstep.identify.rate_loops import ARDUPILOT, AXES, BETAFLIGHT, COLUMNS, PX4, SINKING, RateLoop, limits
@@ -112,7 +112,8 @@ def excited(path: Path, columns: tuple[str, str] | None) -> Excited:
     Raises UserError where there is none, or where it tells nothing of the loop.
     """
     if not of_topics(path):
-        raise UserError(f"{path}: should be a log of topics, from the vehicle itself: .bin, .ulg, .bbl or .mcap")
+        refuse_empty(path)
+        raise UserError(f"{path}: should be the vehicle's own log, not a table made from it: .bin, .ulg, .bbl or .mcap")
     loops = LOOPS.get(path.suffix.lower(), ())
     if columns is None and not loops:
         raise UserError(

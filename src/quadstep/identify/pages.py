@@ -15,7 +15,7 @@ from quadstep.identify.logs.flight import FlightRecord, Floats, spectrum
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest
 from quadstep.identify.replay_report import ESTIMATED, FACTOR, UNIT, identity, tracking_table, write_tables
 from quadstep.identify.residual import Followed, followed
-from quadstep.identify.run import AHEAD, Identification, unexplained, worse_than_none
+from quadstep.identify.run import Identification, unexplained, worse_than_none
 from quadstep.identify.starts import GROUPS, HORIZONS
 from quadstep.identify.vehicle_file import identified_vehicle
 from quadstep.io.errors import UserError
@@ -33,6 +33,13 @@ from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.report.units import handy, quantity
 
 ERRORS = f"{FIGURES}/errors"
+AGAINST_GUESSES = (
+    "Mean prediction error against the time ahead, and that of two guesses without a model: velocity and rates stay constant, "
+    "or the rates are zero. The vehicle helps where its line is below both."
+)
+
+AHEAD = 10
+"""Samples ahead of which the figures of an identification's flights speak."""
 
 SHOWN = 8.0
 """Longest part of a flight that is drawn [s]."""
@@ -63,7 +70,6 @@ def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet) -
     again = with_signals("again", [flight_picture(one, place) for place, one in enumerate(result.flown)], sheet)
     estimates = with_signals("estimate", [estimate_picture(one, place) for place, one in enumerate(result.estimates)], sheet)
     flown, estimated = ([figure_of(out, job, sheet) for job in jobs] for jobs in (again, estimates))
-    caption = "Mean prediction error over the horizon: the vehicle model helps where its line lies below both guesses."
     rest = [*flown[1:], *estimated[1:]]
     several = "s" * (max(len(flown), len(estimated)) > 2)
     more = [markup.heading(f"The other flight{several}", "others")] if rest else []
@@ -71,7 +77,7 @@ def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet) -
         return evidence._replace(figures=[*flown[:1], *estimated[:1]], sections=[*evidence.sections, *more, *rest])
     beside = {"simulated": flown[:1], "estimates": estimated[:1]}
     told = [part for one in evidence.sections for part in (one, *beside.get(getattr(one, "anchor", ""), ()))]
-    return evidence._replace(figures=[Figure(ERRORS, caption)], sections=[*told, *more, *rest])
+    return evidence._replace(figures=[Figure(ERRORS, AGAINST_GUESSES)], sections=[*told, *more, *rest])
 
 
 def with_signals(kind: str, jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
@@ -155,40 +161,36 @@ def write_identification(
     with TemporaryDirectory() as folder:
         out = Path(folder)
         (out / FIGURES).mkdir()
-        pictures: list[Figure] = [
-            part for i, one in enumerate(followers) for part in (predictions(out, one, i, kind), spectra(out, one, i))
-        ]
+        pictures = [predictions(out, one, i, kind) for i, one in enumerate(followers)]
+        at_top, told = pictures[:1], [evidence.answer, worse_than_none(followers)]
+        if run.commands:
+            draw_errors(out / ERRORS, run.commands, flights[0].period, SVG)
+            at_top = [Figure(ERRORS, f"{AGAINST_GUESSES} Held-out flights, from commands alone."), *at_top]
         sections: list[Section] = [
             markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
             *evidence.sections,
             unexplained(followers, shown, vehicle, kind),
+            *pictures[1:],
+            *(spectra(out, one, i) for i, one in enumerate(followers)),
             *simulated_again(out, shown, vehicle),
-            *([markup.heading("The other flights", "others")] if pictures[2:] else []),
-            *pictures[2:],
         ]
-        text = evidence._replace(
-            figures=pictures[:2], sections=sections, more=[*worse_than_none(followers), *evidence.more]
-        ).html(out)
+        text = evidence._replace(answer=" ".join(filter(None, told)), figures=at_top, sections=sections).html(out)
     write_beside(path, text)
 
 
 def predictions(out: Path, one: Followed, place: int, kind: str) -> Figure:
     """Measured and predicted signals, and the residuals. place: of the flight among the others; kind: of flight."""
     kept = one.time - one.time[0] <= SHOWN
-    measured, predicted = one.measured[AHEAD], one.predicted[AHEAD]
-    panels = []
-    for axis, name in enumerate(AXES):
-        lines = {"measured": measured.rates[kept, axis], f"predicted {AHEAD} samples earlier": predicted.rates[kept, axis]}
-        panels.append(Panel(f"{name} rate", "rad/s", lines))
-    rest = {name: (predicted.rates - measured.rates)[kept, axis] for axis, name in enumerate(AXES)}
-    panels.append(Panel("rate residual", "rad/s", rest))
-    for axis, name in enumerate("xyz"):
-        lines = {"measured": measured.velocity[kept, axis], "predicted": predicted.velocity[kept, axis]}
-        panels.append(Panel(f"velocity along {name}", "m/s", lines))
-    rest = {name: (predicted.velocity - measured.velocity)[kept, axis] for axis, name in enumerate("xyz")}
-    panels.append(Panel("velocity residual", "m/s", rest))
+    panels, earlier = [], f"predicted {AHEAD * one.period:.2g} s earlier"
+    for title, what, names, unit, field in (
+        ("{} rate", "rate", AXES, "rad/s", "rates"), ("velocity along {}", "velocity", "xyz", "m/s", "velocity"),
+    ):  # fmt: skip
+        real, made = (getattr(states[AHEAD], field)[kept] for states in (one.measured, one.predicted))
+        lines = [{"measured": before, earlier: after} for before, after in zip(real.T, made.T, strict=True)]
+        panels += [Panel(title.format(name), unit, both) for name, both in zip(names, lines, strict=True)]
+        panels.append(Panel(f"{what} residual", unit, dict(zip(names, (made - real).T, strict=True))))
     caption = (
-        f"{one.name} ({kind}): measured, and predicted {AHEAD} samples earlier. The residuals show what the vehicle does not "
+        f"{one.name} ({kind}): measured, and {earlier}. The residuals show what the vehicle does not "
         "explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag or delay."
     )
     return figure_of(out, FigureJob(f"{FIGURES}/predicted{place}", caption, one.time[kept], panels, 2), SVG)
@@ -214,8 +216,8 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
                 first = panel
                 panel.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1)
             panel.set_ylabel(f"{turn} rate [°/s per √Hz]")
-    return Figure(name, "Spectra of the rates and of their prediction residuals: the model explains a frequency as far "
-                        "as the residual is below the measurement.")  # fmt: skip
+    caption = "spectra of the rates and of the residuals; the vehicle explains a frequency as far as its residual is lower."
+    return Figure(name, f"{one.name}: {caption}", set_as=escape)
 
 
 def simulated_again(out: Path, flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[Section]:

@@ -20,7 +20,8 @@ class Free(NamedTuple):
     """A parameter to fit. key: in the vehicle file. leaves: of `PredictorParameters`, which all take its value. unit.
 
     logarithmic: whether it is searched on a logarithmic scale (then it is positive). scale: a small but noticeable change, of
-    its logarithm or of itself. low, high: its bounds.
+    its logarithm or of itself. low, high: its bounds. grows: what it is proportional to of what no flight reveals, the mass m,
+    the rotors' thrust coefficient k_f and the inertia about z J_z: flights determine only its ratio to that.
     """
 
     key: str
@@ -30,9 +31,10 @@ class Free(NamedTuple):
     scale: float = 0.1
     low: float = -math.inf
     high: float = math.inf
+    grows: str = ""
 
 
-SPEED = Free("command.speed", ("curve.speed",), "rad/s", scale=0.02)
+SPEED = Free("command.speed", ("curve.speed",), "rad/s", scale=0.02, grows="√(m / k_f)")
 EXPONENT = Free("command.exponent", ("curve.exponent",), "", scale=0.02, low=0.05, high=3.0)
 VOLTAGE = Free("command.voltage_exponent", ("curve.voltage_exponent",), "", False, 0.1, 0.0, 3.0)
 
@@ -42,21 +44,23 @@ VEHICLE = (
     VOLTAGE,
     Free("rotor.rise_time", ("airframe.rotor.rise", "airframe.rotor.fall"), "s", low=2e-3, high=0.5),
     Free("command.delay", ("curve.delay",), "s", False, 2e-3, 0.0, 0.1),
-    Free("inertia[0]", ("airframe.inertia.0",), "kg m^2"),
-    Free("inertia[1]", ("airframe.inertia.1",), "kg m^2"),
-    Free("rotor.torque_coefficient", ("airframe.rotor.torque",), "N m s^2", low=1e-15),
-    Free("rotor.inertia", ("airframe.rotor.inertia",), "kg m^2", low=1e-15),
-    Free("drag.rotor[0]", ("airframe.drag.rotor.0", "airframe.drag.rotor.1"), "N s^2/(m rad)", low=1e-15),
-    Free("drag.rotor[2]", ("airframe.drag.rotor.2",), "N s^2/(m rad)", low=1e-15),
-    Free("drag.flapping", ("airframe.drag.flapping",), "N m s^2/(m rad)", low=1e-15),
+    Free("inertia[0]", ("airframe.inertia.0",), "kg m^2", grows="m"),
+    Free("inertia[1]", ("airframe.inertia.1",), "kg m^2", grows="m"),
+    Free("rotor.torque_coefficient", ("airframe.rotor.torque",), "N m s^2", low=1e-15, grows="J_z k_f / m"),
+    Free("rotor.inertia", ("airframe.rotor.inertia",), "kg m^2", low=1e-15, grows="J_z √(k_f / m)"),
+    Free("drag.rotor[0]", ("airframe.drag.rotor.0", "airframe.drag.rotor.1"), "N s^2/(m rad)", low=1e-15, grows="√(m k_f)"),
+    Free("drag.rotor[2]", ("airframe.drag.rotor.2",), "N s^2/(m rad)", low=1e-15, grows="√(m k_f)"),
+    Free("drag.flapping", ("airframe.drag.flapping",), "N m s^2/(m rad)", low=1e-15, grows="√(m k_f)"),
     Free("centre_of_gravity[0]", ("offset.0",), "m", False, 1e-4, -0.5, 0.5),
     Free("centre_of_gravity[1]", ("offset.1",), "m", False, 1e-4, -0.5, 0.5),
     Free("imu.tilt[0]", ("tilt.0",), "rad", False, 1e-3, -0.5, 0.5),
     Free("imu.tilt[1]", ("tilt.1",), "rad", False, 1e-3, -0.5, 0.5),
 )
-"""Parameters that flights determine for a vehicle of known mass without logged rotor speeds: `rotor.thrust_coefficient`
-stays, since flights determine only the thrust, and so does the inertia about z, since only its ratio to the yaw torque is.
+"""What flights determine. `rotor.thrust_coefficient` stays, since flights determine only the thrust, and so does the inertia
+about z, since they determine only its ratio to the yaw torque.
 """
+
+GROWS = {one.key: one.grows for one in VEHICLE if one.grows}
 
 
 def pair(name: str, unit: str, scale: float, logarithmic: bool = False, low: float = -math.inf) -> tuple[Free, Free]:

@@ -14,7 +14,7 @@ from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, why_un
 from quadstep.identify.starts import GROUPS, HORIZONS
 from quadstep.identify.vehicle_file import was_fitted_to
 from quadstep.io import __version__
-from quadstep.metrics.statistics import Estimate
+from quadstep.metrics.statistics import FEWEST, Estimate
 from quadstep.report import markup
 from quadstep.report.evidence import Evidence, Section, TableSection
 from quadstep.report.publish import write_csv
@@ -37,6 +37,8 @@ AHEAD = 50
 TIMES = 2.0
 """From this ratio on it is said how many times."""
 
+CONSTANT = "the error if velocity and rates stayed constant"
+
 SI = UNIT | {"attitude": "rad", "rates": "rad/s"}
 
 
@@ -57,7 +59,7 @@ def panels_of(request: ReplayRequest) -> dict[str, tuple[str, ...]]:
 
 def write_tables(out: Path, result: Replayed) -> None:
     """What was found as CSV, in SI."""
-    names = [f"{name}[{SI[group]}]" for group in GROUPS for name in columns(group)]
+    names = [f"{name}[{SI[group]}]" for group in GROUPS for name in (group, f"{group}_constant", f"{group}_zero_rate")]
     rows = error_rows(result.predictions[0].compared, result.period)
     write_csv(out / "prediction_errors.csv", ("flight", "samples_ahead", "ahead[s]", *names), rows)
     if result.flown:
@@ -67,11 +69,6 @@ def write_tables(out: Path, result: Replayed) -> None:
     if result.estimates:
         header = ("flight", "estimate", "position[m]", "velocity[m/s]", "tilt[rad]", "yaw[rad]")
         write_csv(out / "estimates.csv", header, [(one.name, *who) for one in result.estimates for who in estimators(one)])
-
-
-def columns(group: str) -> tuple[str, str, str]:
-    """Names of a group's errors in the table."""
-    return group, f"{group}_constant", f"{group}_zero_rate"
 
 
 def error_rows(errors: ErrorTable, period: float) -> list[tuple[object, ...]]:
@@ -97,7 +94,7 @@ def numbers(errors: ErrorTable) -> dict[str, object]:
 METHOD = (
     "Means over all predictions of a flight, then over flights. “Constant” assumes that velocity and rates do not change, "
     "“zero rate” that the velocity does not change and the rates are zero. Ratios are averaged over flights, with 95 % "
-    "intervals where there are several."
+    f"intervals where there are {FEWEST} or more."
 )
 
 
@@ -133,16 +130,19 @@ def evidence(flights: Sequence[FlightRecord], request: ReplayRequest, result: Re
 
 def answer(result: Replayed) -> str:
     """What was asked, a sentence each: predictions, simulated flights, estimates; after the first, a thrust that is wrong."""
-    wrong = result.thrust if is_wrong(result.thrust) else None
     said = [predicting(result.predictions[0].compared, result.period)] if result.predictions else []
     if result.flown:
         said.append(likeness(result.flown))
     if result.estimates:
-        said.append(f"The Kalman filter's position is off by {quantity(filtered(result.estimates), 'm')} (RMS).")
-    if wrong:
-        learnt = f"{of_thrust(wrong).capitalize()}: predictions learn it from the log, a simulated flight does not."
-        said.insert(1 if result.predictions else 0, learnt)
+        off = float(np.sqrt(np.mean([one.filter.position**2 for one in result.estimates])))
+        said.append(f"The Kalman filter's position is off by {quantity(off, 'm')} (RMS).")
+    if result.thrust and is_wrong(result.thrust):
+        said.insert(1 if result.predictions else 0, of_wrong_thrust(result.thrust))
     return " ".join(said)
+
+
+def of_wrong_thrust(thrust: tuple[float, float]) -> str:
+    return f"{of_thrust(thrust).capitalize()}: predictions learn it from the log, a simulated flight does not."
 
 
 def no_test(names: Sequence[str], flights: int) -> list[str]:
@@ -155,17 +155,22 @@ def no_test(names: Sequence[str], flights: int) -> list[str]:
 
 def predicting(compared: ErrorTable, period: float) -> str:
     """How well the position is predicted, and what of the rest is not."""
-    error, ratio = compared.means(AHEAD, "position")[0], compared.ratio(AHEAD, "position")
+    ratio = compared.ratio(AHEAD, "position")
     low, high = interval_ends(ratio)
     than = "predicts better" if high < 1.0 else "predicts worse" if low > 1.0 else "is not shown to predict better"
-    worse = [group for group in GROUPS[1:] if interval_ends(compared.ratio(AHEAD, group))[1] >= 1.0]
+    worse = [group for group in GROUPS[1:] if interval_ends(to_better_guess(compared, group)[0])[1] >= 1.0]
     flights = len(compared.names)
     where = "" if ratio.bounded else f" in {f'these {flights} flights' if flights > 1 else 'this flight'}"
     return (
-        f"{in_time(AHEAD, period)} ahead the predicted position is off by {quantity(error, 'm')} on average, "
-        f"{share(ratio, 'the error')} if velocity and rates stayed constant: the vehicle {than} than no model{where}"
+        f"{in_time(AHEAD, period)} ahead the predicted position is off by {off_by(compared)} on average, "
+        f"{share(ratio, CONSTANT)}: the vehicle {than} than no model{where}"
         f"{f' (not so {listed(worse)})' if worse and high < 1.0 else ''}."
     )
+
+
+def off_by(compared: ErrorTable) -> str:
+    """Mean error of the position `AHEAD`."""
+    return quantity(compared.means(AHEAD, "position")[0], "m")
 
 
 def interval_ends(ratio: Estimate) -> tuple[float, float]:
@@ -179,17 +184,17 @@ def share(ratio: Estimate, of: str) -> str:
     return f"{interval(*ratio)} times {of}" if several else f"{percent(ratio.value, ratio.low, ratio.high)} of {of}"
 
 
-def filtered(estimates: Sequence[Estimated]) -> float:
-    """RMS of the filter's position errors over flights [m]."""
-    return float(np.sqrt(np.mean([one.filter.position**2 for one in estimates])))
+def to_better_guess(compared: ErrorTable, group: str) -> tuple[Estimate, str]:
+    """The ratio to the better of "constant" and "zero rate", and which it is."""
+    both = (compared.ratio(AHEAD, group), CONSTANT), (compared.ratio(AHEAD, group, "zero"), "the error if rates were zero")
+    return max(both, key=lambda one: one[0].value)
 
 
 def facts(compared: ErrorTable, period: float) -> list[markup.Fact]:
-    """Errors half a second ahead, as shares of those of the better of "constant" and "zero rate"."""
+    """Errors `AHEAD`, as shares of those of the better guess."""
     shown = []
     for group in GROUPS:
-        both = (compared.ratio(AHEAD, group), "constant"), (compared.ratio(AHEAD, group, "zero"), "zero rate")
-        ratio, stronger = max(both, key=lambda one: one[0].value)
+        ratio, stronger = to_better_guess(compared, group)
         error = quantity(FACTOR[group] * compared.means(AHEAD, group)[0], UNIT[group])
         more = f"{in_time(AHEAD, period)} ahead: {share(ratio, stronger)}"
         shown.append(markup.Fact(group, error, more))

@@ -1,5 +1,6 @@
 """`quadstep identify`: fit, test on held-out flights, then fit all flights; and what was found, for its readers."""
 
+import re
 from collections.abc import Sequence
 from html import escape
 from typing import NamedTuple
@@ -7,24 +8,25 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.fit import Identified, Say, identify
-from quadstep.identify.flown_setpoints import hover_ratio, is_wrong, of_thrust, span_of_thrust
+from quadstep.identify.flown_setpoints import hover_ratio, is_wrong, span_of_thrust
 from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.identify.parameters import GROWS
 from quadstep.identify.replay import ErrorTable, compare, ready
-from quadstep.identify.replay_report import METHOD, error_table
+from quadstep.identify.replay_report import METHOD, error_table, facts, of_wrong_thrust, off_by, predicting
 from quadstep.identify.residual import Followed, trained
-from quadstep.identify.starts import GROUPS
-from quadstep.identify.vehicle_file import identified_vehicle, in_proportion, with_marks
+from quadstep.identify.vehicle_file import fraction, identified_vehicle, in_proportion, with_marks
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.airframe_tables import ResidualSection
 from quadstep.mission.fields import words
 from quadstep.report import markup
 from quadstep.report.evidence import Evidence, TableSection
-from quadstep.report.units import counted, listed, percent
+from quadstep.report.units import counted, interval_texts, listed, number
 from quadstep.vehicle.airframe_plant import Residual
 
-AHEAD = 10
-"""Samples ahead of which the first sentence and the figures of a report speak."""
+IN_PROPORTION = (
+    "Identified in proportion to the mass m, thrust coefficient k_f and inertia about z J_z, which no flight reveals"
+)
 
 HELD_OUT = 4
 """One in this many flights is held out."""
@@ -51,12 +53,6 @@ class Identification(NamedTuple):
     guided_residual: ErrorTable | None = None
 
     @property
-    def tables(self) -> dict[str, ErrorTable]:
-        """How the fit predicts the flights held out, by what it knows; empty if there are none."""
-        several = {"commands alone": self.commands, "commands and setpoints": self.guided}
-        return {knows: one for knows, one in several.items() if one is not None}
-
-    @property
     def shares(self) -> tuple[float, ...]:
         """Mean errors with the residual over those without, on held-out flights, 10 and 50 samples ahead; empty if none."""
         pairs = ((self.commands, self.commands_residual), (self.guided, self.guided_residual))
@@ -70,27 +66,22 @@ def in_words(key: str) -> str:
     return words(key.replace("[", ".").removesuffix("]"))
 
 
-def answer(run: Identification) -> str:
-    """The result: what was found, how it predicts, then what is worse than no model, and what the flights leave open."""
-    worse = [
-        f"{group} ({one.ratio(AHEAD, group).value:.2f} times the error, from {knows})"
-        for knows, one in run.tables.items()
-        for group in GROUPS
-        if one.ratio(AHEAD, group).value >= 1.0
-    ]
-    count, left = len(run.found.fitted), list(run.found.kept)
-    but = f" (but not {listed([*map(in_words, left)])})" if left else ""
-    said = [f"{count} of {count + len(left)} vehicle parameters were identified{but}."]
+def answer(run: Identification, period: float) -> str:
+    """The result: how it predicts flights that it has not seen, then what was found and what of it is not to be trusted."""
+    fitted, left = run.found.fitted, list(run.found.kept)
     if run.commands is None:
-        said.append("No flight was held out: only the intervals show how well this holds for other flights.")
+        said = ["No flight was held out, so nothing shows how well this vehicle predicts other flights."]
     else:
-        ratio = percent(run.commands.ratio(AHEAD, "position").value)
-        held_out = counted(len(run.commands.names), "flight")
-        said.append(f"On {held_out} held out, the position error {AHEAD} samples ahead is {ratio} of that without a model.")
-    if worse:
-        said.append(f"No better than without a model, {AHEAD} samples ahead: {listed(worse)}.")
+        said = [f"On {counted(len(run.commands.names), 'flight')} held out of the fit, {predicting(run.commands, period)}"]
+    if run.guided is not None:
+        said.append(f"That is from commands alone; predictions that know the setpoints too are off by {off_by(run.guided)}.")
+    but = f" (but not {listed([*map(in_words, left)])})" if left else ""
+    said.append(f"{len(fitted)} of {counted(len(fitted) + len(left), 'vehicle parameter')} were identified{but}.")
+    if scaled := sum(key in GROWS for key in fitted):
+        only = f"{scaled} of these are" if scaled > 1 else "One of these is"
+        said.append(f"{only} only as exact as the given mass, thrust coefficient or inertia about z.")
     if run.thrust and is_wrong(run.thrust):
-        said.append(f"{of_thrust(run.thrust).capitalize()} in these flights, as where a battery sags.")
+        said.append(of_wrong_thrust(run.thrust))
     return " ".join(said)
 
 
@@ -179,8 +170,8 @@ def evidence(run: Identification, flights: Sequence[FlightRecord], start: Airfra
     reasons: dict[str, list[str]] = {}
     for key, reason in run.found.kept.items():
         reasons.setdefault(reason, []).append(in_words(key))
-    kept = [f"{listed(keys)} as in the given vehicle: {reason}." for reason, keys in reasons.items()]
-    said = [answer(run), *kept, f"mass = {start.mass:g} kg: {mass}.", *of_residual(run)]
+    kept = [f"As in the given vehicle: {listed(keys)} ({reason})." for reason, keys in reasons.items()]
+    said = [answer(run, period), *kept, f"Mass: {start.mass:g} kg ({mass}).", *of_residual(run)]
     tables = [
         error_table(f"Held out of the first fit: {names}, predicted from {knows}", found, period)
         for knows, found in (
@@ -192,14 +183,15 @@ def evidence(run: Identification, flights: Sequence[FlightRecord], start: Airfra
         if found
     ]
     return Evidence(
-        name="Identified vehicle",
+        name=f"{re.split('[;,]', start.description)[0] or 'Vehicle'}, identified from {counted(len(flights), 'flight')}",
         kind="Identification",
         answer=said[0],
         sentences=said,
         record={},
-        facts=facts(run),
+        facts=facts(run.commands, period) if run.commands else (),
         sections=[
-            fitted(run.found),
+            markup.heading("Identified parameters", "found"),
+            *fitted(run.found, start, run.vehicle.inertia[2]),
             *([markup.heading("Prediction of held-out flights", "held-out"), markup.paragraph(METHOD)] if tables else []),
             *tables,
         ],
@@ -217,40 +209,40 @@ def of_residual(run: Identification) -> list[str]:
     return [f"With the residual errors are {much} times as large on flights held out, so it is left out of the vehicle."]
 
 
-def facts(run: Identification) -> list[markup.Fact]:
-    """Errors relative to those of the baseline with constant velocity and rates: of each group the worse of the tables."""
-    tables = run.tables
-    found = []
-    for group in GROUPS if tables else ():
-        ratio, knows = max((one.ratio(AHEAD, group).value, knows) for knows, one in tables.items())
-        more = f"of the error of the constant baseline, {AHEAD} samples ahead, from {knows}"
-        found.append(markup.Fact(group, percent(ratio), more))
-    return found
-
-
-def fitted(fit: Identified) -> TableSection:
-    rows = [
-        (f"{in_words(key)}, `{key}`", f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, one.source)
-        for key, one in fit.fitted.items()
-    ]
-    header = ("parameter, key", "value", "95 % interval", "unit", "from")
-    return TableSection("Identified parameters", "found", header, rows, shown="Identified")
+def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[TableSection]:
+    """What flights determine by themselves, and what only over what they do not. upright: inertia about z [kg m^2]."""
+    rows: tuple[list[tuple[str, ...]], list[tuple[str, ...]]] = [], []
+    for key, one in fit.fitted.items():
+        value, low, high, _ = interval_texts(*one[:3], "-")
+        known = (GROWS[key], fraction(one)) if key in GROWS else (f"{low} to {high}",)
+        rows[key in GROWS].append((f"{in_words(key)}, `{key}`", value, one.unit, *known))
+    mass, thrust, about_z = map(number, (given.mass, given.rotor.thrust_coefficient, upright))
+    whole = "These intervals hold whatever the vehicle weighs; they take its rotors to be where the given vehicle has them."
+    over = (
+        "No flight reveals the mass m, the rotors' thrust coefficient k_f or the inertia about z, J_z. The next table is for "
+        f"m = {mass} kg and k_f = {thrust} N s^2, as given, and J_z = {about_z} kg m^2, in proportion to the inertias about x "
+        "and y. If one of them is wrong, so are the values, in the proportion given; the fit's own error comes on top."
+    )
+    before = ("parameter, key", "value", "unit")
+    found = (
+        TableSection("", "", (*before, "95 % interval"), rows[0], whole, shown="Identified"),
+        TableSection("", "", (*before, "proportional to", "fit alone, 95 %"), rows[1], over, shown=IN_PROPORTION),
+    )
+    return [one for one in found if one.rows]
 
 
 def rms(values: Floats) -> Floats:
     """By column."""
-    return np.sqrt(np.asarray(values**2).mean(axis=0))
+    return np.asarray(np.sqrt((values**2).mean(axis=0)))
 
 
-def worse_than_none(found: Sequence[Followed]) -> list[str]:
-    """A sentence on the axes of flights about which more angular acceleration stays unexplained than was measured, if any."""
-    numbers = [(one.name, rms(one.torque), rms(one.turning)) for one in found]
+def worse_than_none(found: Sequence[Followed]) -> str:
+    """A sentence on the axes about which more angular acceleration stays unexplained than was measured, if any."""
+    flights = np.array([rms(one.torque) > rms(one.turning) for one in found]).reshape(-1, 3).sum(axis=0)
     axes = [
-        f"{left[i]:.2g} of {measured[i]:.2g} rad/s² about {'xyz'[i]} ({name})"
-        for name, left, measured in numbers
-        for i in np.flatnonzero(left > measured)
+        f"about {axis} in {many} of {counted(len(found), 'flight')}" for axis, many in zip("xyz", flights, strict=True) if many
     ]
-    return [f"More angular acceleration is unexplained than was measured (RMS): {listed(axes)}."] if axes else []
+    return f"More angular acceleration is unexplained than was measured (RMS) {listed(axes)}." if axes else ""
 
 
 def unexplained(

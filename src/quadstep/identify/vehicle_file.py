@@ -11,13 +11,14 @@ from pydantic import ValidationError
 from quadstep.identify.datasheet import Datasheet
 from quadstep.identify.fit import Fitted, Identified
 from quadstep.identify.logs.flight import FlightRecord
-from quadstep.identify.parameters import leaves_of
+from quadstep.identify.parameters import GROWS, leaves_of
 from quadstep.identify.vehicle_estimate import Number, VehicleEstimate
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.check import describe
 from quadstep.mission.listings import numbers, written
 from quadstep.numbers import Vector
+from quadstep.report.units import number
 from quadstep.vehicle.airframe_plant import Observer
 
 FLIGHTS = 2000
@@ -62,12 +63,12 @@ def campaign_text(sheet: Datasheet, estimate: VehicleEstimate, vehicle_file: str
         "[vary]",
     ]
     ranges = {f"vehicle.inertia.{axis}": ends for axis, ends in enumerate(bodies(estimate))}
-    for key, number in varying(estimate):
-        spread = f"median = {number.value:.5g}, sigma = {number.spread:.3g}"
+    for key, one in varying(estimate):
+        median = f"median = {one.value:.5g}, sigma = {one.spread:.3g}"
         least, most = ranges.get(key, (0.0, math.inf))
-        low, high = max(least, number.value * 0.25**number.spread), min(most, number.value * 4.0**number.spread)
+        low, high = max(least, one.value * 0.25**one.spread), min(most, one.value * 4.0**one.spread)
         if high > 1.001 * low:
-            lines.append(f'{key} = {{ type = "log-normal", {spread}, low = {low:.5g}, high = {high:.5g} }}  # {number.source}')
+            lines.append(f'{key} = {{ type = "log-normal", {median}, low = {low:.5g}, high = {high:.5g} }}  # {one.source}')
     lines += ["", "[failure]", "largest_error = 1.0  # m", ""]
     return "\n".join(lines)
 
@@ -138,10 +139,6 @@ def identified_vehicle(vehicle: AirframeSection, fit: Identified, description: s
         raise UserError(f"the fit is outside the range of a vehicle file: {said}; {UNLIKE}") from None
 
 
-ABOUT_YAW = ("rotor.torque_coefficient", "rotor.inertia")
-"""What flights determine only in proportion to the inertia about z."""
-
-
 def stretched(vehicle: AirframeSection, fit: Identified) -> float:
     """The factor from the given to the fitted inertias about x and y."""
     leaves = leaves_of(fit.numbers)
@@ -151,10 +148,9 @@ def stretched(vehicle: AirframeSection, fit: Identified) -> float:
 def in_proportion(vehicle: AirframeSection, fit: Identified) -> Identified:
     """The result with the numbers that yaw determines as the vehicle file has them: for the inertia about z in proportion."""
     stretch, fitted = stretched(vehicle, fit), dict(fit.fitted)
-    for key in ABOUT_YAW:
-        if one := fitted.get(key):
-            value, low, high = (stretch * number for number in one[:3])
-            fitted[key] = Fitted(value, low, high, one.unit, f"{one.source}, for the inertia about z in proportion")
+    for key, one in fit.fitted.items():
+        if "J_z" in GROWS.get(key, ""):
+            fitted[key] = one._replace(value=stretch * one.value, low=stretch * one.low, high=stretch * one.high)
     return fit._replace(fitted=fitted)
 
 
@@ -173,13 +169,24 @@ def observer_content(observer: Observer) -> dict[str, object]:
     }
 
 
+def spread(key: str, one: Fitted) -> str:
+    """A 95 % interval in words; of a number in proportion to what no flight reveals, that of the fit alone."""
+    if key not in GROWS:
+        return f"95 % {one.low:.4g} to {one.high:.4g}"
+    return f"proportional to {GROWS[key]}; 95 % of the fit alone: {fraction(one)}"
+
+
+def fraction(one: Fitted) -> str:
+    """A 95 % interval in shares of the value."""
+    return f"-{number(100.0 - 100.0 * one.low / one.value, 2)} to +{number(100.0 * one.high / one.value - 100.0, 2)} %"
+
+
 def sources(vehicle: AirframeSection, fit: Identified, stretch: float, mass_source: str) -> dict[str, str]:
     result = dict(vehicle.sources)
     result["mass"] = mass_source
     grouped: dict[str, list[str]] = {}
     said = {key: f"as it was: {reason}" for key, reason in fit.kept.items()} | {
-        key: f"identified, {one.value:.4g}, 95 % {one.low:.4g} to {one.high:.4g} ({one.source})"
-        for key, one in fit.fitted.items()
+        key: f"identified, {one.value:.4g}, {spread(key, one)} ({one.source})" for key, one in fit.fitted.items()
     }
     for key, one in said.items():
         base, _, axis = key.partition("[")
@@ -191,9 +198,8 @@ def sources(vehicle: AirframeSection, fit: Identified, stretch: float, mass_sour
     result["rotors"] = "from the centre of gravity, which lies off their middle [m] by " + result["rotors"]
     result["rotor.fall_time"] = result["rotor.rise_time"]
     result["rotor.fastest"] = "command.speed at a full battery"
-    result["rotor.thrust_coefficient"] = (
-        "unchanged: rotor speeds were not logged; flights determine only k_f times the speed squared. "
-        + (vehicle.sources.get("rotor.thrust_coefficient", ""))
+    result["rotor.thrust_coefficient"] = "unchanged: flights determine only k_f times the speed squared. " + (
+        vehicle.sources.get("rotor.thrust_coefficient", "")
     )
     result["inertia"] += (
         f"; z: in proportion to x and y (times {stretch:.3g}), as yaw determines only its ratio to the rotors' torque"
