@@ -106,10 +106,10 @@ CONDITIONS = ("", "on this flight", "at any attitude", "must be", "")
 
 
 def facts(c: FlightCertificate) -> list[markup.Fact]:
-    said, *decided = decision(c)
+    said, by, numbers = decision(c)
     return [
         markup.Fact("Theorem 5.1, by this flight", said),
-        markup.Fact("decided by", *decided),
+        markup.Fact("decided by", by, numbers),
         *(markup.Fact("raised L most", term, f"{about(share)} of what raised it") for share, term in raised(c)[:1]),
         markup.Fact("the flight", "completed" if c.outcome is Outcome.COMPLETED else "lost", f"at {c.ended:.4g} s"),
     ]

@@ -37,7 +37,7 @@ def hover_for_ever(
     rows += [[part, "-", reach] for part, reach in described(loop, kept.reach)]
     begun = loop.at_rest(loop.like) if kept.own else at.state.tolist()
     says = [
-        "proved: " + sentence(unknown, start, begun[: len(axes)], kept.own, loop.period, within(axes, position)),
+        "proved: " + sentence(unknown, start, begun[: len(axes)], kept.own, loop.period, within(axes, position.tolist())),
         f"What stopped a larger set: {kept.found.limit}.",
     ]
     if not enough:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
@@ -30,7 +29,8 @@ def of_tube(loop: SampledLoop, error: Array, bound: Array, boxes: Array, block: 
     """A tube as far as it is closed. error: flown less desired position, and bound: of every flight about the flown one,
     (samples + 1, axes) [m]. boxes: half-widths of each state, (blocks, states), one for every `block` samples.
     """
-    time, axes, seen = np.arange(len(bound)) * loop.period, loop.loop.plant.axes, []
+    axes, seen = loop.loop.plant.axes, []
+    time: Array = np.arange(len(bound)) * float(loop.period)
     for axis, off, half in zip(axes, error.T, bound.T, strict=True):
         others = {"most": off + half, "least": off - half} if half.max() > SEEN * np.ptp(off) else {}
         seen.append(Panel(f"error in {axis}", "m", {"the mission's flight": off, **others}))
@@ -74,7 +74,7 @@ def of_set(loop: SampledLoop, kept: Hold, position: Array) -> list[FigureJob]:
     """Flights from the corners of the box of starts, beside the set that none leaves. position: its extent [m]."""
     axes, start = loop.loop.plant.axes, kept.found.start
     corners = start * np.array(list(product((-1.0, 1.0), repeat=len(axes)))).T
-    begun: Sequence[object] = kept.at.state.tolist()
+    begun: list[Array | float] = kept.at.state.tolist()
     if kept.own:
         first = flatten(loop.plan.start)
         leaves = [*(one + way for one, way in zip(first, corners, strict=False)), *first[len(axes) :]]
@@ -83,7 +83,7 @@ def of_set(loop: SampledLoop, kept: Hold, position: Array) -> list[FigureJob]:
     else:
         begun = [*(one + way for one, way in zip(kept.at.state, corners, strict=False)), *begun[len(axes) :]]
     flown = np.abs(loop.flown_from(begun, 0, MOST)[1:, : len(axes)] - kept.at.state[: len(axes), None]).max(axis=2)
-    time = np.arange(1, len(flown) + 1) * loop.period
+    time: Array = np.arange(1, len(flown) + 1) * float(loop.period)
     panels = [
         Panel(f"{axis} off rest", "m", {"flown": off, "proved": np.full(len(off), bound)})
         for axis, off, bound in zip(axes, flown.T, position, strict=True)
@@ -99,10 +99,11 @@ def of_set(loop: SampledLoop, kept: Hold, position: Array) -> list[FigureJob]:
 
 def of_departure(loop: SampledLoop, leaves: Departure) -> list[FigureJob]:
     """The flight from the state that is proved to leave the box."""
-    flown = loop.flown_from(leaves.start[:, None], 1, round(leaves.seconds / loop.period))[:, :, 0]
+    flown = loop.flown_from([*leaves.start[:, None]], 1, round(leaves.seconds / loop.period))[:, :, 0]
     moving = leaves.reach > 0.0
     off = np.abs(flown - leaves.rest)[:, moving] / leaves.reach[moving]
-    share, time = off.max(axis=1), np.arange(len(flown)) * loop.period
+    share: Array = off.max(axis=1)
+    time: Array = np.arange(len(flown)) * float(loop.period)
     out = int(np.argmax(share > 1.0))
     caption = (
         "The flight from the state in the table: the number that has used most of its half of the box, and the edge of the "

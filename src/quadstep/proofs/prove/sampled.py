@@ -199,7 +199,7 @@ class SampledLoop:
         before[:, :moving] = log.rows[:, :moving]
         return before[:: self.span], log
 
-    def flown_from(self, begun: Sequence[object], first: int, samples: int) -> Array:
+    def flown_from(self, begun: Sequence[Array | float], first: int, samples: int) -> Array:
         """Flights side by side from these states, whose numbers are arrays, as long as all have one: (samples + 1, states,
         flights). first: sample.
         """
