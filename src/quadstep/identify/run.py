@@ -221,7 +221,7 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
     over = (
         "No flight reveals the mass m, the rotors' thrust coefficient k_f or the inertia about z, J_z. The next table is for "
         f"m = {mass} kg and k_f = {thrust} N s^2, as given, and J_z = {about_z} kg m^2, in proportion to the inertias about x "
-        "and y. If one of them is wrong, so are the values, in the proportion given; the fit's own error comes on top."
+        "and y. If one is wrong, so are the values, in proportion (nearly, where it is J_z); the fit's own error adds to that."
     )
     before = ("parameter, key", "value", "unit")
     found = (
