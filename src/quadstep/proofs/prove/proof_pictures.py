@@ -30,7 +30,7 @@ def of_tube(loop: SampledLoop, error: Array, bound: Array, boxes: Array, block: 
     (samples + 1, axes) [m]. boxes: half-widths of each state, (blocks, states), one for every `block` samples.
     """
     axes, seen = loop.loop.plant.axes, []
-    time: Array = np.arange(len(bound)) * float(loop.period)
+    time: Array = np.arange(len(bound), dtype=np.float64) * loop.period
     for axis, off, half in zip(axes, error.T, bound.T, strict=True):
         others = {"most": off + half, "least": off - half} if half.max() > SEEN * np.ptp(off) else {}
         seen.append(Panel(f"error in {axis}", "m", {"the mission's flight": off, **others}))
@@ -83,7 +83,7 @@ def of_set(loop: SampledLoop, kept: Hold, position: Array) -> list[FigureJob]:
     else:
         begun = [*(one + way for one, way in zip(kept.at.state, corners, strict=False)), *begun[len(axes) :]]
     flown = np.abs(loop.flown_from(begun, 0, MOST)[1:, : len(axes)] - kept.at.state[: len(axes), None]).max(axis=2)
-    time: Array = np.arange(1, len(flown) + 1) * float(loop.period)
+    time: Array = np.arange(1, len(flown) + 1, dtype=np.float64) * loop.period
     panels = [
         Panel(f"{axis} off rest", "m", {"flown": off, "proved": np.full(len(off), bound)})
         for axis, off, bound in zip(axes, flown.T, position, strict=True)
@@ -103,7 +103,7 @@ def of_departure(loop: SampledLoop, leaves: Departure) -> list[FigureJob]:
     moving = leaves.reach > 0.0
     off = np.abs(flown - leaves.rest)[:, moving] / leaves.reach[moving]
     share: Array = off.max(axis=1)
-    time: Array = np.arange(len(flown)) * float(loop.period)
+    time: Array = np.arange(len(flown), dtype=np.float64) * loop.period
     out = int(np.argmax(share > 1.0))
     caption = (
         "The flight from the state in the table: the number that has used most of its half of the box, and the edge of the "
