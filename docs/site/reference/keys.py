@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple, get_origin
+from typing import Any, NamedTuple, cast, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -141,9 +141,10 @@ class Law(NamedTuple):
 def laws() -> dict[Model, Law]:
     """The tables of every controller and of its nets."""
     found: dict[Model, Law] = {}
-    for vehicle, mission in zip(("x500", None, "planar"), MISSIONS.values(), strict=True):
-        labels = {kind: law.label for kind, law in controllers(mission().measures).items()}
-        for law in tables_in(mission(), mission().model_fields["controller"]):
+    for vehicle, made in zip(("x500", None, "planar"), MISSIONS.values(), strict=True):
+        mission = cast("type[Mission]", made())
+        labels = {kind: law.label for kind, law in controllers(mission.measures).items()}
+        for law in tables_in(mission, mission.model_fields["controller"]):
             kind = kind_name(law)
             nets = models_in(law.model_fields["nets"].annotation) if "nets" in law.model_fields else []
             found |= {law: Law(vehicle, kind, labels.get(kind, "")), **dict.fromkeys(nets, Law(vehicle, kind, ""))}

@@ -175,9 +175,9 @@ class Room:
         except UserError as error:
             raise UserError(f"{file}: {str(error).replace('--require', 'metric', 1)}") from None
         usual = cast("dict[str, object]", plain(self.mission.model_dump(mode="json")))
-        for key in self.section.free:
-            if key_parts(key)[0] not in usual:
-                raise UserError(f"{file}: free: {unknown_name('key', key, usual)}")
+        for free in self.section.free:
+            if key_parts(free)[0] not in usual:
+                raise UserError(f"{file}: free: {unknown_name('key', free, usual)}")
         self.ground = Ground(read_toml(place), usual, place.parent, self.section.free, full.metric)
         key, self.own, self.own_folder = secret(root), SubmissionResult(""), root / OWN
         self.teacher = token(key, "\0teacher")
