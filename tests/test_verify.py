@@ -127,7 +127,7 @@ def test_a_summary_is_printed_or_every_row_in_whole_words(monkeypatch, capsys, c
     assert run(monkeypatch, "verify") == 0
     summary = capsys.readouterr().out
     assert len(summary.splitlines()) < 40
-    assert "--all prints every row" in " ".join(summary.split())
+    assert "Use --all to list every row." in " ".join(summary.split())
     assert run(monkeypatch, "verify", "--all") == 0
     words = set(capsys.readouterr().out.split())
     for result in results():
@@ -140,8 +140,8 @@ def test_one_row_is_printed(monkeypatch, capsys):
     shown = capsys.readouterr().out
     assert "T_eta" in shown
     assert "corrected" in shown
-    assert "1 row, " in shown
-    assert "all evidence holds; wrong in the paper and corrected: 1" in shown
+    assert "in 1 row, " in shown
+    assert "1 row is wrong in the paper and corrected here." in shown
 
 
 def test_json_has_every_row_with_its_checks_and_nothing_else(monkeypatch, capsys):
@@ -156,7 +156,7 @@ def test_json_has_every_row_with_its_checks_and_nothing_else(monkeypatch, capsys
 def test_whole_document_is_json():
     content = json.loads(json.dumps(document(results(), 1.25), allow_nan=False))
     assert len(content["rows"]) == len(results())
-    assert closing(results(), 1.25).startswith(f"{len(results())} rows, ")
+    assert f" in {len(results())} rows, 1.2 s). " in closing(results(), 1.25)
 
 
 @pytest.mark.parametrize(
@@ -194,7 +194,7 @@ def test_a_failing_row_is_marked_and_the_exit_code_is_1(monkeypatch, capsys):
     shown = capsys.readouterr().out
     assert "FAILED" in shown
     assert "sum of thrusts: expected 4, found 5" in " ".join(shown.replace("│", " ").split())
-    assert "1 FAILED" in shown
+    assert "1 of 1 row FAILED (1 checks" in shown
 
 
 def test_evidence_that_breaks_or_is_empty_fails():

@@ -170,7 +170,7 @@ def vehicles(
             lift = len(built.geometry.mounts) * built.allocation.most / (section.mass * section.gravity)
             rotors = str(len(built.geometry.mounts))
             rows.append((name, section.description, f"{section.mass:g}", rotors, f"{lift:.3g}"))
-        show_table("", ("preset", "what", "mass [kg]", "rotors", "thrust over weight"), rows)
+        show_table("", ("preset", "description", "mass [kg]", "rotors", "thrust-to-weight ratio"), rows)
         for one in broken:
             complain(f"warning: {one}")
         return

@@ -115,7 +115,7 @@ def verify(
 ) -> None:
     """Check every equation of the paper against the code that flies; print a summary and the rows that fail.
 
-    Exit code 0: all evidence holds. 1: the evidence of some row fails. 2: bad input.
+    Exit code 0: all checks pass. 1: a check of some row fails. 2: bad input.
     """
     with needed_by("`quadstep verify`"):
         from quadstep.proofs.verify import registry
@@ -143,4 +143,4 @@ def show_rows(results: "list[JudgedRow]", seconds: float, only: str | None, ever
         show_table(
             "" if only else "Every row" if every else "FAILED", registry.HEADER, [registry.cells(one) for one in printed]
         )
-    say(registry.closing(results, seconds) + ("" if every or only else "; --all prints every row"))
+    say(registry.closing(results, seconds) + ("" if every or only else " Use --all to list every row."))

@@ -55,10 +55,10 @@ def closing(results: list[JudgedRow], seconds: float) -> str:
     failed = sum(not result.passed for result in results)
     checks = sum(len(result.evidence.checks) for result in results)
     wrong = sum(result.row.verdict is EquationVerdict.CORRECTED for result in results)
-    holds = "all evidence holds" + (f"; wrong in the paper and corrected: {wrong}" if wrong else "")
-    ending = f"{failed} FAILED" if failed else holds
+    corrected = f" {wrong} {'row is' if wrong == 1 else 'rows are'} wrong in the paper and corrected here." if wrong else ""
     rows = "1 row" if len(results) == 1 else f"{len(results)} rows"
-    return f"{rows}, {checks} checks, {seconds:.1f} s: {ending}"
+    ending = f"{failed} of {rows} FAILED ({checks} checks" if failed else f"All checks pass ({checks} in {rows}"
+    return f"{ending}, {seconds:.1f} s).{corrected}"
 
 
 def document(results: list[JudgedRow], seconds: float) -> dict[str, object]:
