@@ -35,7 +35,7 @@ def controller_lines(section: type[ControllerSection], model: Model, others: Seq
     controller, (kind,) = section.controller, get_args(section.model_fields["type"].annotation)
     yield "[controller]"
     yield commented(f'type = "{kind}"', "; or ".join(filter(None, (controller.label or kind, ", ".join(others)))))
-    yield "# Shown are this vehicle's defaults, which `quadstep linear` grades. For three axes: one number, or a list of three."
+    yield "# This vehicle's defaults, which `quadstep linear` grades. For three axes: one number, or a list of three."
     if controller.parameter_file:
         yield commented('# parameters = "saved.yaml"', "", "example: a file of the autopilot's own parameters")
     gains = controller.gains(model)
