@@ -17,6 +17,7 @@ from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import Estimate, share
+from quadstep.metrics.verdict import graded
 from quadstep.mission.check import check
 from quadstep.mission.fields import words
 from quadstep.report import canvas, units
@@ -24,6 +25,7 @@ from quadstep.report.panel import Track
 from quadstep.studies.campaign import key_text, pictures, report, report_text, single
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import table
+from quadstep.studies.campaign.page import limit
 from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 from quadstep.studies.campaign.schema import CampaignFile, read_campaign
 from quadstep.studies.campaign.sensitivity import ExplainedResult, parts_of
@@ -33,7 +35,7 @@ from quadstep.studies.campaign.summary import WorstFlight, sentences, summarise
 from quadstep.studies.campaign.varied import Bins, variation_text
 from tests.campaigns import MASS, campaign, leftovers, manifest, rows, varying, written
 from tests.flights import METRICS
-from tests.pages import fly_page, needs_node
+from tests.pages import data_of, fly_page, needs_node
 
 DOCS = Path(__file__).parent.parent / "docs"
 LOST = int(Outcome.OFF_PATH)
@@ -187,6 +189,26 @@ def test_the_points_that_open_are_the_worst_and_others_from_the_best_to_the_wors
     shown = rmse[flights[len(worst) :]]
     assert (shown[0], shown[-1]) == (rmse[through].min(), rmse[through].max())
     assert (np.diff(shown) > 0.0).all()
+
+
+def test_a_flight_that_a_point_opens_succeeds_there_if_the_campaign_says_so(flown):
+    page = data_of((flown[0] / "flights.html").read_text(encoding="utf-8"))
+    good = rows(flown[0]).sort_by("flight")["success"].to_pylist()
+    grades = {int(one["id"].removeprefix("flight-")): one["outcome"]["grade"] for one in page["flights"]}
+    assert {flight: grade not in ("above the limit", "lost") for flight, grade in grades.items()} == {
+        flight: good[flight] for flight in grades
+    }
+    assert {"above the limit", "lost"} <= {*grades.values()}
+
+
+def test_a_limit_that_a_page_does_not_measure_is_named_and_no_flight_there_is_as_asked():
+    one, other = limit("largest_error[m]", 0.3), limit("effort_u[N]", 5.0)
+    measured = {"outcome": "completed", "position_rmse[m]": 0.1, "largest_error[m]": 0.3}
+    assert graded(measured, [one]).grade == "as asked", "at the limit it succeeds"
+    found = graded({**measured, "largest_error[m]": 0.69816}, [one])
+    assert (found.grade, found.reasons) == ("above the limit", ("its largest error is 698 mm (limit 300\xa0mm)",))
+    assert graded(measured, [other]).grade == "flew, but"
+    assert graded(measured, [other]).reasons[0].startswith("this page does not measure its ")
 
 
 @needs_node

@@ -24,6 +24,7 @@ from quadstep.studies.envelope_request import NOISY_FLIGHTS, request
 from quadstep.studies.study import run
 from tests.campaigns import MASS, NOISY, SHORT, written
 from tests.commands import LINE, quadstep, write
+from tests.pages import data_of
 
 CASE = '[path]\ntype = "minimum-jerk"\nend = [20.0, 5.0, 10.0]\nduration = 40.0\n'
 DURATIONS, SCALES, NETS = (2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 2.0), (True, False)
@@ -124,6 +125,10 @@ def test_a_cell_leads_to_its_flight(case):
     assert all(f'href="flights.html#flight=flight-{cell}"' in report for cell in range(24))
     assert '"path duration = 3\\u00a0s, disturbance scale = 2\\u00a0times Eq. 67, nets off"' in page, "cell 21"
     assert "see the flight of that cell" in report
+    grades = [one["outcome"]["grade"] for one in data_of(page)["flights"]]
+    flown = [("above the limit" if row["cause"] == "over-limit" else "lost") if row["cause"] else "" for row in rows(out)]
+    assert {"above the limit", ""} <= {*flown} and len(flown) == 24
+    assert [one if one in ("above the limit", "lost") else "" for one in grades] == flown
 
 
 def test_cells_of_a_large_map_lead_to_their_flights_here_and_there(tmp_path):

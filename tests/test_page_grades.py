@@ -8,6 +8,7 @@ from quadstep.mission.schema import Mission
 from quadstep.page.build import missions_page
 from quadstep.page.flights import SUMMED_UP
 from quadstep.report.panels import left_path
+from quadstep.studies.campaign.page import limit
 from tests.graded import CASE_1, FLIGHTS
 from tests.needs import CHROMIUM, needs, package
 from tests.pages import flown
@@ -25,6 +26,8 @@ MORE = {
         "score_from": 2.0},
 }  # fmt: skip
 
+LIMIT = limit("largest_error[m]", 1e-3)
+
 CONTENTS = {name: content for name, (content, _) in FLIGHTS.items()} | MORE
 
 
@@ -38,6 +41,8 @@ def logs():
 def page_file(tmp_path_factory, logs):
     file = tmp_path_factory.mktemp("grades") / "page.html"
     shown = [flown(name, mission, log=log) for name, (mission, log) in logs.items()]
+    (late,) = (one for one in shown if one.name == "scored late")
+    shown.append(late._replace(id="limited", name="limited", limits=(LIMIT, limit("effort_u[N]", 5.0))))
     grouped = [one._replace(group="Others") if one.name == "lost" else one for one in shown]
     file.write_text(missions_page(grouped), encoding="utf-8")
     return file
@@ -60,6 +65,19 @@ def test_page_and_python_measure_and_grade_alike(open_page, logs):
         seen |= {outcome["grade"]}
     assert seen == {"as asked", "flew, but", "lost"}
     assert all(words in left for words in ("did not keep its path", "did not hold its position", "and it sank to"))
+
+
+def test_a_flight_above_the_limit_of_its_campaign_is_no_good_one(open_page, logs):
+    page, (mission, log) = open_page(), logs["scored late"]
+    wanted = graded(mission.flight_metrics(log)[0], [LIMIT, limit("effort_u[N]", 5.0)])
+    page.evaluate("quadstep.select('limited')")
+    outcome = page.evaluate("quadstep.outcome()")
+    assert (outcome["grade"], tuple(outcome["reasons"])) == ("above the limit", wanted.reasons)
+    said = page.locator("#outcome").inner_text().replace("\xa0", " ")
+    assert said.startswith("Above the limit: largest error ") and said.endswith(" mm, limit 1 mm")
+    assert page.locator(".badge summary .mark").inner_text() == "✕"
+    assert "does not measure its effort" in page.locator("#summary-words").inner_text()
+    assert page.locator("#walk [aria-current] .dot").get_attribute("class").split()[1] == "bad"
 
 
 def test_the_mark_of_a_flight_is_that_of_its_grade(open_page):

@@ -191,6 +191,8 @@ def test_an_answer_is_its_first_sentence_and_the_rest_is_text():
     assert '<p class="answer">0.5 m at most.</p><p>At rest it is sound: 12.7 dB.</p>' in text.replace(
         "\N{NO-BREAK SPACE}", " "
     )
+    text = markup.summary("All at most 0.5 times Eq. 67. Where it can be flown.").replace("\u00a0", " ")
+    assert '<p class="answer">All at most 0.5 times Eq. 67.</p><p>Where it can be flown.</p>' in text
     lost = markup.summary("Lost at 2 s: it fell. More.", failed=True)
     assert '<p class="answer"><span class="fails">Lost at 2 s: it fell.</span></p><p>More.</p>' in lost.replace("\u00a0", " ")
 

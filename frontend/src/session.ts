@@ -92,7 +92,7 @@ export class Session {
       given,
       conditions: given ? judge(given) : [],
       measures,
-      graded: grade(flight, measures, this.page),
+      graded: grade(flight, measures, this.page, data.limits),
       asFiled,
       live: flown !== undefined,
       dragged,

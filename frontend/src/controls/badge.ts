@@ -71,12 +71,14 @@ export function outcome(shown: Shown): string {
   return shown.data.rate ? `Nominal flight: ${said[0]!.toLowerCase()}${said.slice(1)}` : said;
 }
 
-function inWords({ flight, graded: { grade, labels, left }, whole }: Shown): string {
+function inWords({ flight, graded: { grade, labels, left, above }, whole }: Shown): string {
   const ended = `${number(flight.ended, 3)} s`;
   if (whole !== undefined) return `First ${ended} of ${number(whole, 3)} s`;
   if (grade === "lost") return `Lost at ${flight.ended.toFixed(2)} s`;
+  if (above.length) return `Above the limit: ${above.join("; ")}`;
   if (left) return `Flew ${ended}, but ${/did not [^:]+/.exec(left)![0]}`; // the rest is in the sheet
-  return grade === "as asked" ? `Flew as asked for ${ended}` : `Flew ${ended}, with problems: ${labels.join(", ")}`;
+  if (grade === "as asked") return `Flew as asked for ${ended}`;
+  return !labels.length ? `Flew for ${ended}` : `Flew ${ended}, with problems: ${labels.join(", ")}`;
 }
 
 /** How many conditions of each theorem hold. */

@@ -42,7 +42,7 @@ export interface Rule {
   readonly factor: number;
 }
 
-export type Grade = "as asked" | "flew, but" | "lost";
+export type Grade = "as asked" | "flew, but" | "above the limit" | "lost";
 
 export type MeasureName = "rmse" | "largest" | "tilt" | "share" | "relative" | "heading" | "growth" | "rateGrowth" | "overturned" | "shaking" | "saturated";
 
@@ -141,6 +141,8 @@ export interface FlightData {
   /** Its place where its group is a table. */
   readonly cell: { readonly block: string; readonly row: string; readonly column: string; readonly rowAxis: string; readonly columnAxis: string } | null;
   readonly rate: Rate | null;
+  /** Above which it fails, as quadstep/metrics/verdict.py says. */
+  readonly limits: readonly Rule[];
 }
 
 /** Many flights like one, as a campaign flies them. */

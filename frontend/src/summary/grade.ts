@@ -1,6 +1,6 @@
 // How good a flight was, by the rules that Python left in the page (src/quadstep/metrics/verdict.py).
 
-import type { Grade, PageData } from "../data/contract";
+import type { Grade, PageData, Rule } from "../data/contract";
 import type { Flight } from "../data/flight";
 import { quantity, short } from "../view/format";
 import { type Measures, greatest } from "./measure";
@@ -11,11 +11,14 @@ export interface Graded {
   readonly reasons: readonly string[];
   /** The same in a word or two each. */
   readonly labels: readonly string[];
+  /** The limits above which it failed, with what it reached; their reasons are the first. */
+  readonly above: readonly string[];
   /** That it left its path, in a sentence; "" where there is nothing to say. */
   readonly left: string;
 }
 
 const LEFT = "left its path";
+const ABOVE = "above the limit";
 
 export interface Mark {
   readonly glyph: string;
@@ -26,12 +29,13 @@ export const MARKS: Readonly<Record<Grade | typeof LEFT, Mark>> = {
   "as asked": { glyph: "✓", kind: "good" },
   "flew, but": { glyph: "!", kind: "fair" },
   [LEFT]: { glyph: "!", kind: "bad left" },
+  [ABOVE]: { glyph: "✕", kind: "bad" },
   lost: { glyph: "✕", kind: "bad" },
 };
 
 /** Of how a flight ended; left: whether, or how, it left its path. */
 export function graveness({ grade, left }: { readonly grade: Grade; readonly left: string | boolean }): keyof typeof MARKS {
-  return left ? LEFT : grade;
+  return left && grade !== ABOVE ? LEFT : grade;
 }
 
 /** Of a flight of which only the beginning was flown nothing is said. */
@@ -39,15 +43,23 @@ export function markOf({ graded, whole }: { readonly graded: Graded; readonly wh
   return whole === undefined ? MARKS[graveness(graded)] : { glyph: "…", kind: "draft" };
 }
 
-export function grade(flight: Flight, measures: Measures, { rules, left }: PageData): Graded {
-  if (!flight.held) return { grade: "lost", reasons: [], labels: [], left: "" };
-  const broken = rules.map((rule) => ({ ...rule, value: measures[rule.metric] ?? 0 })).filter(({ value, most }) => value > most);
+/** limits: of the flight's own; one below 0 only says that it is not measured. */
+export function grade(flight: Flight, measures: Measures, { rules, left }: PageData, limits: readonly Rule[]): Graded {
+  if (!flight.held) return { grade: "lost", reasons: [], labels: [], above: [], left: "" };
+  const broken = (some: readonly Rule[]): readonly (Rule & { value: number })[] => some.map((rule) => ({ ...rule, value: measures[rule.metric] ?? 0 })).filter(({ value, most }) => value > most);
+  const [failed, broke] = [broken(limits), broken(rules)];
+  const told = failed.filter(({ most }) => most >= 0).map((rule) => filled(rule.label, rule));
   return {
-    grade: broken.length ? "flew, but" : "as asked",
-    reasons: broken.map(({ text, factor, value, most }) => text.replace("{}", above(factor * value, factor * most))),
-    labels: broken.map(({ label }) => label),
-    left: broken.length ? leftPath(flight, measures, left) : "",
+    grade: told.length ? ABOVE : failed.length + broke.length ? "flew, but" : "as asked",
+    reasons: [...failed, ...broke].map((rule) => filled(rule.text, rule)),
+    labels: broke.map(({ label }) => label),
+    above: told,
+    left: broke.length ? leftPath(flight, measures, left) : "",
   };
+}
+
+function filled(text: string, { factor, value, most }: Rule & { value: number }): string {
+  return text.replace("{}", above(factor * value, factor * most));
 }
 
 /** See quadstep/report/panels.py, left_path. */

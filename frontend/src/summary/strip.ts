@@ -77,7 +77,7 @@ function besides(shown: Shown): string[] {
   const heavy = asFiled ? "" : tooHeavy(shown);
   const limited = asFiled || !saturated || graded.labels.includes("rotors saturated") ? "" : `the rotors were saturated ${short(100 * saturated, 3)} % of the time`;
   const why = flight.held
-    ? [heavy, graded.left, ...graded.reasons, limited, sameTime ? data.summary.cut : ""]
+    ? [heavy, graded.left, ...graded.reasons.slice(graded.above.length), limited, sameTime ? data.summary.cut : ""]
     : [heavy, `${flight.why || "it was lost"}${data.whyNot ? "" : "; the numbers stop there"}`];
   const original = data.outcome.grade === "lost" ? `was lost at ${data.outcome.ended.toFixed(2)} s` : `flew for ${number(data.outcome.ended, 3)} s`;
   const compared = asFiled || comparable(shown) ? "" : `the original ${original}`;

@@ -59,17 +59,20 @@ def scalars(table: dict[str, object], prefix: str = "") -> dict[str, float | Non
 
 
 class FlightGrade(StrEnum):
-    """as asked: to its end, and no rule is broken. flew, but: to its end, and a rule is broken. lost: it ended early."""
+    """as asked: to its end, and no rule is broken. flew, but: to its end, and a rule is broken. above the limit: to its end,
+    but it fails by what is asked of many flights. lost: it ended early.
+    """
 
     AS_ASKED = "as asked"
     FLEW_BUT = "flew, but"
+    ABOVE = "above the limit"
     LOST = "lost"
 
 
 class Rule(NamedTuple):
     """A flight is as asked while `metric`, as in metrics.json, is at most `most`.
 
-    label: what is wrong with one that is not. text: the same as a clause, `{}` being the metric times `factor`.
+    label: what is wrong with one that is not. text: the same as a clause, `{}` being the metric times `factor` in both.
     """
 
     metric: str
@@ -125,8 +128,8 @@ class Graded(NamedTuple):
         return f"However, {together(self.reasons)}. {self.advice}".strip() if self.reasons else ""
 
 
-def graded(metrics: Mapping[str, object]) -> Graded:
-    """The grade of a flight by its metrics.
+def graded(metrics: Mapping[str, object], limits: Sequence[Rule] = ()) -> Graded:
+    """The grade of a flight by its metrics. limits: above which it fails; one below 0 only says that it is not measured.
 
     >>> graded({"outcome": "completed", "relative_error": 0.02}).grade.value
     'as asked'
@@ -136,13 +139,15 @@ def graded(metrics: Mapping[str, object]) -> Graded:
     if metrics.get("outcome") != "completed":
         return Graded(FlightGrade.LOST)
     measured = scalars(dict(metrics))
-    values = ((rule, measured.get(rule.metric)) for rule in RULES)
+    values = ((rule, measured.get(rule.metric)) for rule in (*limits, *RULES))
     broken = [(rule, value) for rule, value in values if value is not None and not value <= rule.most]
     reasons = tuple(rule.text.format(above(rule.factor * value, rule.factor * rule.most)) for rule, value in broken)
-    labels = tuple(rule.label for rule, _ in broken)
+    labels = tuple(rule.label for rule, _ in broken if rule not in limits)
     grew = any(rule.metric.endswith("_growth") for rule, _ in broken) and "overturned" not in labels
     advice = LONGER if grew and rest_of(metrics).get("grade") != "unstable" else ""
-    return Graded(FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED, reasons, labels, advice)
+    failed = any(rule in limits and rule.most >= 0.0 for rule, _ in broken)
+    grade = FlightGrade.ABOVE if failed else FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED
+    return Graded(grade, reasons, labels, advice)
 
 
 def together(clauses: Sequence[str]) -> str:

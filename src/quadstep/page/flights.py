@@ -1,7 +1,7 @@
 """Flights as the page shows them: flown live where their laws allow it, as recorded where not."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from quadstep.interfaces.log import LIMITS as LIMITS_PASSED
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io.errors import UserError
 from quadstep.metrics.registry import SOUND, Metrics, at_rest_sentences, group, metric, rest_of
-from quadstep.metrics.verdict import RULES, graded
+from quadstep.metrics.verdict import RULES, Rule, graded
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.schema import Mission
@@ -38,7 +38,8 @@ class ShownFlight(NamedTuple):
     folder: where the mission's files are. why_not: why it cannot be flown live, if that is known beforehand. called: what its
     controller is called, if not by its kind. rivals: controllers to be offered beside it, by what they are called; the
     package's if there are none. cell: its place where its group is a table. rate: of many flights like it.
-    moved: gains that the page is about, by key, and what they may become.
+    moved: gains that the page is about, by key, and what they may become. limits: above which it fails, by the metrics that
+    the page sums up.
     """
 
     id: str
@@ -58,6 +59,7 @@ class ShownFlight(NamedTuple):
     cell: Cell | None = None
     rate: Rate | None = None
     moved: Mapping[str, float] = {}
+    limits: tuple[Rule, ...] = ()
 
 
 def outcomes() -> list[dict[str, object]]:
@@ -73,10 +75,10 @@ def outcomes() -> list[dict[str, object]]:
     ]
 
 
-def rules() -> list[dict[str, object]]:
-    """The rules of `quadstep.metrics.verdict`, by the front end's names of their measures."""
+def rules(some: Sequence[Rule] = RULES) -> list[dict[str, object]]:
+    """Rules, as those of `quadstep.metrics.verdict`, by the front end's names of their measures."""
     names = {metric: name for name, metric in SUMMED_UP.items()}
-    return [{**rule._asdict(), "metric": names[rule.metric]} for rule in RULES]
+    return [{**rule._asdict(), "metric": names[rule.metric]} for rule in some]
 
 
 def words(outcome: Outcome) -> str:
@@ -85,7 +87,7 @@ def words(outcome: Outcome) -> str:
 
 def outcome_data(flown: ShownFlight) -> dict[str, object]:
     """How a flight ended, and its grade."""
-    log, grade = flown.log, graded(flown.metrics)
+    log, grade = flown.log, graded(flown.metrics, flown.limits)
     lost = "" if log.outcome is Outcome.COMPLETED else reason(flown.plan, log) if flown.plan else words(log.outcome)
     text = f"lost at {log.ended:.4g} s: {lost}" if lost else f"completed {log.ended:g} s"
     return {"code": int(log.outcome), "ended": log.ended, "text": text, "why": lost, "grade": grade.grade.value,
@@ -122,6 +124,7 @@ def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> Fli
         panels=panels(log.columns),
         cell=flown.cell,
         rate=flown.rate if live.controllers else None,
+        limits=tuple(rules(flown.limits)),
     )
 
 

@@ -190,7 +190,7 @@ class Rate(NamedTuple):
 
 
 class FlightData(NamedTuple):
-    """One flight of the page. cell: in its group's table, if that is one. rate: of flights like it."""
+    """One flight of the page. cell: in its group's table, if that is one. rate: of flights like it. limits: its own rules."""
 
     id: str
     name: str
@@ -210,6 +210,7 @@ class FlightData(NamedTuple):
     panels: tuple[PanelData, ...]
     cell: Cell | None
     rate: Rate | None
+    limits: tuple[dict[str, object], ...] = ()
 
 
 class ClaimView(NamedTuple):

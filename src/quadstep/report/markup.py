@@ -60,6 +60,11 @@ SECTIONS = re.compile(r'(?=<h2 id="([^"]*)">)')
 FEWEST_HEADINGS = 3
 """For which a page has a list of contents."""
 
+SENTENCE = re.compile(
+    r"(?<=\.)(?<!\bEq\.)(?<!\bEqs\.)(?<!\bFig\.)(?<!\be\.g\.)(?<!\bi\.e\.)(?<!\bvs\.)(?<!\bal\.)(?<!\bNo\.) "
+)
+"""Between sentences: not behind an abbreviation."""
+
 LONG = 30
 """Letters of a word that may be broken on paper, so that its table fits."""
 
@@ -171,15 +176,15 @@ def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = ()
 
     answer: further sentences of it are set as text. figures: of `figure`. failed: whether it is no good news.
     """
-    first, stop, more = answer.partition(". ")
+    first, *rest = SENTENCE.split(answer, maxsplit=1)
     tiles = "".join(
         f"<div><dt>{escape(one.what) if one.verbatim else rich(one.what)}</dt><dd>{rich(one.value)}"
         f"{f'<small>{rich(one.more)}</small>' if one.more else ''}</dd></div>"
         for one in facts
     )
     tiles = f'<dl class="facts">{tiles}</dl>' if tiles else ""
-    begins = f'<span class="fails">{rich(first + stop.rstrip())}</span>' if failed else rich(first + stop.rstrip())
-    said = f'<p class="answer">{begins}</p>{paragraph(more) if more else ""}'
+    begins = f'<span class="fails">{rich(first)}</span>' if failed else rich(first)
+    said = f'<p class="answer">{begins}</p>{"".join(paragraph(more) for more in rest if more)}'
     return f'{said}{tiles}<div class="summary">{"".join(figures)}</div>'
 
 

@@ -16,6 +16,9 @@ from quadstep.engines.sweep import number_names, sweep_module
 from quadstep.engines.sweep_trace import OUTCOME
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
+from quadstep.metrics.quantities import LoggedFlight, position_error
+from quadstep.metrics.reductions import LargestLength
+from quadstep.metrics.verdict import Rule
 from quadstep.mission.distributions import Normal
 from quadstep.mission.fields import label, unit, words
 from quadstep.mission.read import plan_mission
@@ -24,6 +27,7 @@ from quadstep.numbers import Table, flatten
 from quadstep.page.build import build_page, flown_mission
 from quadstep.page.flights import ShownFlight
 from quadstep.page.model import Link, Rate, numbers_text
+from quadstep.report import units
 from quadstep.report.evidence import Evidence
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.planner import PlannedBatch, planner
@@ -51,7 +55,26 @@ def shown_campaign(campaign: Campaign, source: str, engine: Engine = Engine.LANE
     plan = plan_mission(mission, campaign.folder / Path(campaign.source).name)
     log = fly(plan, engine)
     shown = flown_mission(mission, plan, log, campaign.folder, measured=mission.flight_metrics(log, grading))
-    return shown._replace(rate=found)
+    return judged(shown, campaign)._replace(rate=found)
+
+
+def judged(shown: ShownFlight, campaign: Campaign) -> ShownFlight:
+    """The same on a page that knows above which limits it fails, as `flyer.judged` does."""
+    since = float(getattr(shown.mission, "scored_from", 0.0))
+    errors = position_error(LoggedFlight(shown.log, since))
+    largest = {LARGEST: LargestLength.of(errors.values, errors.t)[0]} if errors and len(errors.t) else {}
+    limits = tuple(limit(campaign.thresholds[name], most) for name, most in campaign.file.failure.items())
+    return shown._replace(limits=limits, metrics={**largest, **shown.metrics})
+
+
+def limit(metric: str, most: float) -> Rule:
+    """One that the page does not measure is below every number, and only says so."""
+    name, unit = units.metric(metric)
+    allowed = units.quantity(most, unit)
+    if metric not in (RMSE, LARGEST):
+        return Rule(RMSE, -1.0, "", f"this page does not measure its {name} (limit {allowed})")
+    unit, factor = units.handy(unit, most)
+    return Rule(metric, most, f"{name} {{}} {unit}, limit {allowed}", f"its {name} is {{}} {unit} (limit {allowed})", factor)
 
 
 def rate(campaign: Campaign, source: str) -> Rate:

@@ -29,6 +29,7 @@ from quadstep.report.evidence import Evidence
 from quadstep.report.progress import Progress
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import PHONE, Sheet
+from quadstep.studies.campaign.page import judged
 from quadstep.studies.campaign.pictures import LIMIT, LINE, PlottedMetric, logarithmic
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.single_flight import Replay, replay
@@ -130,7 +131,7 @@ def write_flights(out: Path, campaign: Campaign, again: Mapping[int, FlownAgain]
     shown: dict[int, ShownFlight] = {}
     for flight, (found, log, _) in again.items():
         if found is not None and log is not None and again[flight].drawable:
-            one = flown_mission(found.mission, found.plan, log, campaign.folder)
+            one = judged(flown_mission(found.mission, found.plan, log, campaign.folder), campaign)
             shown[flight] = one._replace(id=f"flight-{flight}", group=campaign.file.name)
     try:
         text = build_page(campaign.file.name, "", list(shown.values()), links=(Link("Report", REPORT),)) if shown else ""
