@@ -24,9 +24,7 @@ from quadstep.report.evidence import Evidence, TableSection
 from quadstep.report.units import counted, interval_texts, listed, number
 from quadstep.vehicle.airframe_plant import Residual
 
-IN_PROPORTION = (
-    "Identified in proportion to the mass m, thrust coefficient k_f and inertia about z J_z, which no flight reveals"
-)
+IN_PROPORTION = "Known only up to the mass m, thrust coefficient k_f and yaw inertia J_z"
 
 HELD_OUT = 4
 """One in this many flights is held out."""

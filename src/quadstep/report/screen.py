@@ -70,10 +70,11 @@ def typeset(text: str) -> str:
     return better
 
 
-def say(text: str) -> None:
+def say(text: str, style: str = "") -> None:
     """A sentence, broken between words where a terminal ends, never in a file."""
     columns = width(sys.stdout) if sys.stdout.isatty() else sys.maxsize
-    console().print(textwrap.fill(plain(text), columns, break_long_words=False, break_on_hyphens=False), soft_wrap=True)
+    lines = textwrap.fill(plain(text), columns, break_long_words=False, break_on_hyphens=False)
+    console().print(Text(lines, style=style), soft_wrap=True)
 
 
 def say_whole(text: str) -> None:
@@ -99,7 +100,7 @@ def show_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
     """Print a table. The first column holds the keys: they are never cut. title: may be empty."""
     cells = [[plain(cell) for cell in row] for row in rows]
     if title:
-        console().print(Text(plain(title), style="bold"), soft_wrap=True)
+        say(title, "bold")
     widths = fitted([header, *cells], console().width)
     if widths is None:
         show_blocks(header, cells)
