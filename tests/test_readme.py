@@ -6,9 +6,10 @@ import sys
 import tomllib
 from pathlib import Path
 
+import quadstep
 from quadstep.control.registry import BUILT_IN, controllers
-from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
+from quadstep.linear.grade import grade
 from quadstep.mission.read import check_mission
 
 ROOT = Path(__file__).parent.parent
@@ -26,8 +27,16 @@ def test_the_readme_is_short_and_names_the_two_commands():
     assert all(f"\n    make {command} " in README for command in ("reproduce", "test"))
 
 
-def test_its_mission_flies_to_its_end():
-    assert fly(check_mission(tomllib.loads(block("toml")), "README.md").plan()).outcome is Outcome.COMPLETED
+def test_its_mission_flies_as_it_says():
+    mission = check_mission(tomllib.loads(block("toml")), "README.md")
+    flight = quadstep.fly(mission)
+    assert flight.outcome is Outcome.COMPLETED
+    ended, rmse = flight.column("t")[-1], 1e3 * flight.metrics()["position_rmse[m]"]
+    found = grade(mission)
+    (phase,) = (one.text(one.value) for one in found.measures if one.what == "phase")
+    text = " ".join(README.split())
+    assert f"completed {ended:.1f} s with a position RMSE of {rmse:.1f} mm" in text
+    assert f"its loop is {found.word}, with a phase margin of {phase.replace('°', ' degrees')}" in text
 
 
 def test_its_python_runs(tmp_path):
