@@ -71,7 +71,7 @@ def test_a_change_gets_margins_and_failure_rates_before_and_after(tmp_path):
     lines = commented(tmp_path, lambda text: text.replace("MC_ROLLRATE_P	0.150000005960464478", "MC_ROLLRATE_P	0.3"))
     assert lines[1].startswith("With MC_ROLLRATE_P = 0.3 (0.15 before) ")
     assert lines[3:5] == ["| | before | after |", "|---|---|---|"]
-    assert lines[5].startswith("| at rest | sound: least gain margin 14.4 dB ")
+    assert lines[5].startswith("| at rest | sound: smallest gain margin 14.4 dB ")
     assert " | fragile: phase margin " in lines[5]
     assert " (less than 30.0°)" in lines[5]
     assert not any(line.startswith("Warning") for line in lines)

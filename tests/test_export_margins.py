@@ -58,4 +58,4 @@ def test_slow_gains_are_not_warned_of_but_where_more_is_asked():
     strict = real_mission({"type": "geometric", **slow}, "x500", margins={"gain": 40.0})
     said, short = in_firmware(strict, "crazyflie")
     assert short
-    assert re.match(r"The gain margin on the Crazyflie is [\d.]+ dB, below 40.0 dB: choose slower gains\. Least", said)
+    assert re.match(r"The gain margin on the Crazyflie is [\d.]+ dB, below 40.0 dB: choose slower gains\. Smallest", said)

@@ -69,7 +69,7 @@ def test_a_report_begins_with_the_least_gain_margin_of_both_ways(found, law):
     analysis = found(law).analysis
     ends = [end for one in analysis.margins for end in (one.gain_up, 1.0 / max(one.gain_down, 1e-9))]
     fact = facts([("", analysis)])[0]
-    assert fact.what == "least gain margin"
+    assert fact.what == "smallest gain margin"
     assert fact.value == f"{20.0 * math.log10(min(ends)):.1f}\u00a0dB"
 
 

@@ -97,11 +97,11 @@ def test_each_margin_is_held_against_its_limit(analysis):
 def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis):
     gain, phase, delay = graded(analysis).measures
     assert sentences(analysis)[0] == (
-        f"Fragile: phase margin {math.degrees(phase.value):.1f}° in {phase.channel} (less than 30.0°); least gain margin "
+        f"Fragile: phase margin {math.degrees(phase.value):.1f}° in {phase.channel} (less than 30.0°); smallest gain margin "
         f"{gain.value:.1f} dB ({gain.channel}), delay margin {1e3 * delay.value:.1f} ms ({delay.channel})."
     )
     with_limits = [with_limit(one, analysis).more for one in worst.facts([("", analysis)])]
-    assert [one.partition("; a sound loop has at least ")[2] for one in with_limits] == ["6.0 dB", "30.0°", ""]
+    assert [one.partition("; a sound loop has at least ")[2] for one in with_limits] == ["6.0 dB", "30.0°", "", ""]
     content = record(analysis, [])
     assert (content["grade"], content["stable"]) == (FRAGILE, True)
     assert content["limits"] == {"gain[dB]": 6.0, "phase[rad]": math.radians(30.0), "delay[s]": 0.0}
@@ -324,7 +324,7 @@ def test_a_loop_that_bends_near_rest_is_graded_beside_other_results_by_its_worst
 def test_a_loop_that_bends_only_where_it_does_not_matter_is_graded_beside_other_results():
     found = quick_grade(hover("betaflight-rates", "hummingbird"))
     assert found["grade"] == SOUND
-    assert found["why"].startswith("least gain margin ")
+    assert found["why"].startswith("smallest gain margin ")
 
 
 def test_an_estimator_in_wind_is_graded_without_moving_its_covariance_to_what_is_none():

@@ -9,7 +9,7 @@ from quadstep import Mission
 from quadstep.linear.analysis import analyse_rest
 from quadstep.linear.modes import Modes, Pole, scales
 from quadstep.linear.states import Pose, in_words
-from quadstep.linear.tables import pole_rows
+from quadstep.linear.tables import pole_rows, sentences
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 2.0], "end": [0.0, 0.0, 2.0], "duration": 5.0}
 
@@ -36,6 +36,26 @@ def test_the_integral_of_a_tuned_law_is_its_slowest_mode():
     analysis = analyse_rest(Mission(vehicle={"preset": "x500"}, path=HOLD, controller=TUNED)).analysis
     assert all(set(pole.states) <= {f"integral.{i}" for i in range(3)} for pole in analysis.poles[:3])
     assert pole_rows(analysis.poles, analysis.in_words)[0][-1].startswith("the law's integral along ")
+
+
+def test_what_keeps_its_value_is_counted_and_is_not_felt():
+    """By the map alone: a base of what it leaves as it is, followed through each tick of a period."""
+    nets = {"type": "rotation-backstepping", "nets": {"neurons": 3}}
+    analysis = analyse_rest(Mission(vehicle={"preset": "hummingbird"}, path=HOLD, controller=nets)).analysis
+    modes, rows = Modes(analysis.loop), analysis.loop.period.pose.rows
+    kept = len(analysis.loop.map) - np.linalg.matrix_rank(modes.balanced - np.eye(len(modes.balanced)), tol=modes.error)
+    stay = modes.staying.T * modes.units[:, None]
+    assert stay.shape[1] == kept == sum(not pole.frequency for pole in analysis.poles) > 10
+    for tick in analysis.loop.period.ticks:
+        assert np.abs(rows @ stay).max() < 1e-6 * np.abs(stay).max()
+        stay = tick.step @ (tick.tasks @ stay)
+    assert stay == pytest.approx(modes.staying.T * modes.units[:, None], abs=1e-9 * np.abs(stay).max())
+    (said,) = (one for one in sentences(analysis) if "keep their values" in one)
+    moving = max(np.abs(z) for z in modes.factors if abs(z - 1.0) > 1e-5)
+    after = -analysis.loop.period.length / np.log(moving)
+    assert said.startswith(f"{kept} independent combinations of states keep their values, without effect on x, y, z and yaw; ")
+    assert said.endswith(f". Of the others, the slowest mode has a time constant of {after:.3g} s.")
+    assert f" {kept} " in " ".join(pole_rows(analysis.poles, analysis.in_words)[0])
 
 
 def test_a_real_pole_that_rounding_splits_is_shown_as_two_equal_ones():

@@ -85,7 +85,7 @@ def graded(analysis: Analysis) -> Grade:
     measures = least_of(analysis)
     short = [one for one in measures if not one.met]
     said = ", ".join(f"{one.what} margin {one.text(one.value)}{where(one)}" for one in measures if one.met)
-    said = f"least {said}" if said else ""
+    said = f"smallest {said}" if said else ""
     if analysis.aside >= LEAST_ASIDE:
         said += f"{'; ' * bool(said)}it rests {quantity(analysis.aside, 'm')} from where the path begins"
     said += f"{'; ' * bool(said)}events are ignored" if analysis.eventful else ""
@@ -198,7 +198,7 @@ def in_firmware(mission: Mission, target: str) -> tuple[str, bool]:
     )
     below = f"The {missed}: choose slower gains. " if short else ""
     said = ", ".join(f"{one.what} {one.text(one.value)} ({one.channel})" for one in found.measures)
-    return f"{below}Least margins on {path.name} ({about}): {said}.", bool(short)
+    return f"{below}Smallest margins on {path.name} ({about}): {said}.", bool(short)
 
 
 MOST = {"gain_margin_up": 60.0, "gain_margin_down": 60.0, "phase_margin": math.pi, "delay_margin": 10.0, "disk_margin": 2.0}

@@ -204,8 +204,8 @@ def poles(loop: ReducedPeriod, modes: Modes) -> list[Pole]:
     names = short(loop.period.names)
     found = []
     for place, z in enumerate(modes.factors):
-        if abs(z) > GONE and z.imag >= 0.0:
-            still = modes.still[place] or abs(z - 1.0) < STILL
+        still = modes.still[place] or abs(z - 1.0) < STILL
+        if abs(z) > GONE and (z.imag >= 0.0 or still):  # rounding makes pairs of modes that stay
             s = 0.0 if still else np.log(z) / loop.period.length
             states = tuple(names[i] for i in involved(modes.shares[:, place]))
             found.append(Pole(float(np.real(s)), abs(float(np.imag(s))), states))

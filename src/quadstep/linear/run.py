@@ -168,7 +168,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     draw(out / FIGURES, found, moves, sheet.with_svg())
     margins = f"{mission.name}: margins, one loop opened at a time"
     return done._replace(
-        facts=[*(with_limit(one, found) for one in worst.facts([("", found)])), overshoot(moves)],
+        facts=[with_limit(one, found) for one in worst.facts([("", found)])],
         figures=[Figure(f"{FIGURES}/{name}", caption) for name, caption in captions(found, moves).items()],
         sections=[
             TableSection("Margins", "margins", tables.MARGIN_HEADER, tables.margin_rows(found), tables.METHOD, shown=margins),
@@ -193,16 +193,9 @@ def for_latency(mission: Mission) -> list[str]:
 
 def with_limit(fact: markup.Fact, analysis: Analysis) -> markup.Fact:
     """A least margin with what a sound loop needs of it, where that is more than nothing."""
-    asked = (one for one in graded(analysis).measures if one.limit and fact.what == f"least {one.what} margin")
+    asked = (one for one in graded(analysis).measures if one.limit and fact.what == f"smallest {one.what} margin")
     needed = (f"a sound loop has at least {one.text(one.limit)}" for one in asked)
     return fact._replace(more="; ".join(filter(None, (fact.more, *needed))))
-
-
-def overshoot(moves: list[StepResponse]) -> markup.Fact:
-    over = max(moves, key=lambda one: one.overshoot)
-    return markup.Fact(
-        "largest overshoot", f"{100.0 * over.overshoot:.3g} %", f"a step of {over.name}; grades do not count it"
-    )
 
 
 def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
@@ -217,14 +210,16 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
         else f"{late.name} does not settle within 2 % in the time shown"
     )
     return {
-        "bode": "Where |L| falls through 0 dB, the phase's distance from −180° is the phase margin. It is least in "
-        f"{phase[0].name}: {math.degrees(phase[1].phase):.1f}° at {phase[1].phase_at:.3g} rad/s. Bars mark it and the least "
-        "gain margin, of |L| where the phase crosses −180°.",
+        "bode": "Where |L| falls through 0 dB, the phase's distance from −180° is the phase margin. It is smallest in "
+        f"{phase[0].name}: {math.degrees(phase[1].phase):.1f}° at {phase[1].phase_at:.3g} rad/s. The bars mark it, and the "
+        "smallest gain margin, which is read where the phase crosses −180°. Phases that differ by 360° are the same: curves "
+        "are drawn without jumps, and each integration in the loop turns them by −90°.",
         "step": "The path steps by 1 along one axis at a time. The largest overshoot is that of "
         f"{over.name}, {100.0 * over.overshoot:.3g} %; {settles}.{off_the_step(moves)} Grades do not count overshoot.",
         "nyquist": f"The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. The nearest is "
         f"{near[0].name}, to {1.0 / near[1].sensitivity:.2g}: disturbances are amplified "
-        f"{near[1].sensitivity:.3g} times there.",
+        f"{near[1].sensitivity:.3g} times there. That the loop is stable is known from its poles, not from how often the part "
+        "of a curve that is drawn here encircles −1.",
     }
 
 

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from quadstep.linear.analysis import Analysis, StepResponse
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
-from quadstep.linear.modes import Pole
+from quadstep.linear.modes import Modes, Pole
 from quadstep.linear.states import Array, Channel, short
 from quadstep.linear.transfer import Complex
 from quadstep.metrics.registry import at_rest
@@ -27,8 +27,10 @@ POLE_HEADER = ("pole [1/s]", "time constant [s]", "damping", "frequency [rad/s]"
 STEP_HEADER = ("step of 1", "rests at", "overshoot [%]", "settling time to 2 % [s]")
 METHOD = (
     "One loop is opened at a time, between the controller's command and the rotors. Margins say how far that command can be "
-    "scaled, shifted in phase or delayed before the sampled loop becomes unstable. S and T are the largest sensitivity and "
-    "complementary sensitivity."
+    "scaled, shifted in phase or delayed before the sampled loop becomes unstable. S and T are the largest |1/(1 + L)|, by "
+    "which disturbances are amplified, and |L/(1 + L)|; 1/S is the smallest distance of L from −1. Disk is for gain and phase "
+    "that change together: a disk margin of d allows all complex factors (1 + δ/2)/(1 − δ/2) with |δ| < d, among them gains "
+    "up to (2 + d)/(2 − d) and phases up to 2 arctan(d/2)."
 )
 
 BENT = "The loop is not differentiable at rest: {1}. The margins are the worst of {0}."
@@ -110,10 +112,15 @@ def sentences(analysis: Analysis, but: str = "") -> list[str]:
     later = [LATER.format(listed([f"{t:.3g}" for t in analysis.later]))] if analysis.later else []
     if not analysis.stable:
         return [answer, *later]
-    slowest = f"The slowest mode has a time constant of {number(analysis.poles[0].time_constant, '.3g')} s."
-    still = dict.fromkeys(name for pole in analysis.poles if not pole.real and not pole.imaginary for name in pole.states)
-    if still:
-        slowest = f"A mode neither grows nor decays: {analysis.in_words(still)} keep whatever values they have."
+    moving = [pole for pole in analysis.poles if pole.frequency]
+    slowest = f"{{}}he slowest mode has a time constant of {number(moving[0].time_constant, '.3g')} s." if moving else ""
+    kept = len(Modes(analysis.loop).staying)
+    still = dict.fromkeys(name for pole in analysis.poles if not pole.frequency for name in pole.states)
+    if kept:
+        one = "combination of states keeps its value" if kept == 1 else "independent combinations of states keep their values"
+        felt = "" if analysis.not_held else f", without effect on {listed(period.pose.names)}"
+        slowest = f"{kept} {one}{felt}; involved: {analysis.in_words(still)}. {slowest.format('Of the others, t')}".strip()
+    slowest = slowest.format("T")
     sampled = (
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )

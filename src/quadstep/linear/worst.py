@@ -19,7 +19,7 @@ Loops = Sequence[tuple[str, Analysis | str]]
 ROW_HEADER = ("", "grade", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]", "phase [°]", "delay [ms]", "disk")
 WORST_HEADER = ("margin", "worst", "channel", "where")
 
-PHASE = "phase [°]"
+PHASE, PEAK = "phase [°]", "largest sensitivity"
 
 MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, Callable[[Margins], str]], ...] = (
     ("gain up [dB]", lambda one: one.gain_up, True, lambda one: decibels(one.gain_up)),
@@ -122,9 +122,10 @@ def facts(loops: Loops) -> list[Fact]:
     gain = min(ways, key=lambda pair: abs(float(pair[0].text)), default=(up, ""))
     for what, one, unit, way in (
         ("gain", gain[0], "\u00a0dB", gain[1]), ("phase", known.get(PHASE), "°", ""),
-        ("delay", known.get("delay [ms]"), "\u00a0ms", ""),
+        ("delay", known.get("delay [ms]"), "\u00a0ms", ""), (PEAK, known.get("S"), "", ""),
     ):  # fmt: skip
         if one:
             value = one.text if one.text == "none" else f"{one.text.removeprefix('-') if way else one.text}{unit}"
-            made.append(Fact(f"least {what} margin", value, ", ".join(part for part in (one.channel, one.where, way) if part)))
+            called = what if what == PEAK else f"smallest {what} margin"
+            made.append(Fact(called, value, ", ".join(part for part in (one.channel, one.where, way) if part)))
     return made
