@@ -158,6 +158,7 @@ def test_a_student_is_told_what_a_wrong_answer_lacks(name, tmp_path):
 
 
 RATE, NEURONS, SCALE = "controller.nets.F1", "controller.nets.neurons", "disturbance.scale"
+NETS = "controller.nets.enabled"
 QUOTED = {
     "5.5": [({"controller.K_r2": 10.0, "controller.Lambda2": 0.5}, "11 cm"), (SOLUTIONS["5.5"], "3.6 mm")],
     "6.5": [
@@ -181,7 +182,10 @@ QUOTED = {
         (SOLUTIONS["8.5"], "3.7 cm"),
         ({SCALE: 3.0}, "lost"),
         ({SCALE: 3.0, RATE: 0.2}, "7.1 cm"),
-        ({SCALE: 3.0, "controller.nets.enabled": False}, "5.7 cm"),
+        ({SCALE: 3.0, NETS: False}, "5.7 cm"),
+        *(({SCALE: 3.0, NETS: False, "controller.Lambda1": value}, "5.3 cm") for value in (1.2, 1.5, 1.8)),
+        ({SCALE: 3.0, NETS: False, "controller.K_r1": 3.2}, "8.7 cm"),
+        ({SCALE: 3.0, NETS: False, "controller.K_r1": 3.5}, "lost"),
     ],
 }
 """What answers say of flights, the RMSE to two digits."""
