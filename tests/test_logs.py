@@ -6,9 +6,9 @@ import re
 import numpy as np
 import pytest
 
-from quadstep.identify.logs.consistency import clocks
+from quadstep.identify.logs.consistency import Finding, clocks
 from quadstep.identify.logs.flight import lag, slopes
-from quadstep.identify.logs.judge import FASTER, judge, never_flew
+from quadstep.identify.logs.judge import FASTER, in_few_lines, judge, never_flew
 from quadstep.identify.logs.mapping import Mapping, load_mapping, mapping_names
 from quadstep.identify.logs.read import read_log
 from quadstep.io.errors import UserError
@@ -215,7 +215,24 @@ def test_how_late_the_attitude_is_comes_with_the_correlation_that_says_so(flight
     channels = {"attitude": attitude, "rates": turn}
     one = dataclasses.replace(flight, time=t, channels=channels, derived=(), lost=np.zeros(2000, bool))
     (found,) = clocks(one, np.ones(2000, dtype=bool))
-    assert re.fullmatch(r"the attitude comes (29|30|31) ms after the rates \(correlation (0\.9\d|1\.00)\)", found.text)
+    assert re.fullmatch(r"attitude lags the rates by (29|30|31) ms \(correlation (0\.9\d|1\.00)\)", found.text)
+
+
+def test_findings_that_differ_only_in_numbers_are_one_line_with_the_least_and_the_greatest():
+    calm, span = "yaw is barely excited ({} rad/s): wide", "position lags the setpoint by {} ms along {}"
+    found = {
+        "a": [Finding(False, one) for one in (calm.format("0.081"), span.format(461, "x"), span.format(95, "y"))],
+        "b": [Finding(False, calm.format("0.0094")), Finding(False, "2 rows repeat in 3.2 m/s^2")],
+        "c": [Finding(False, calm.format("0.05")), Finding(False, span.format(99, "x"))],
+    }  # fmt: skip
+    assert in_few_lines(found) == [
+        "3 of 3 flights: yaw is barely excited (0.0094 to 0.081 rad/s): wide",
+        "2 of 3 flights (a and c): position lags the setpoint by 99 to 461 ms along x",
+        "a: position lags the setpoint by 95 ms along y",
+        "b: 2 rows repeat in 3.2 m/s^2",
+    ]
+    four = in_few_lines({name: [Finding(False, "1 row")] * (name != "e") for name in "abcde"})
+    assert four == ["4 of 5 flights: 1 row"]
 
 
 def test_a_slope_and_the_axis_that_explains_best_are_found():

@@ -106,14 +106,13 @@ def identify(
 
 def check_logs(flights: "list[FlightRecord]", vehicle: "AirframeSection", trust: bool) -> None:
     """Refuse what contradicts its mapping unless trusted, then say what is worth knowing of each log. Raises UserError."""
-    from quadstep.identify.logs.judge import judge, refuse
+    from quadstep.identify.logs.judge import in_few_lines, judge, refuse
 
-    judged = [(flight, judge(flight, vehicle.geometry())) for flight in flights]
-    for flight, findings in judged if not trust else ():
-        refuse(flight, findings)
-    for flight, findings in judged:
-        for one in findings:
-            say(f"{flight.name}: {one.text}")
+    judged = {flight.name: judge(flight, vehicle.geometry()) for flight in flights}
+    for name, findings in judged.items() if not trust else ():
+        refuse(name, findings)
+    for line in in_few_lines(judged):
+        say(line)
 
 
 def replay(

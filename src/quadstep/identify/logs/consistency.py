@@ -255,17 +255,15 @@ def clocks(flight: FlightRecord, sure: Flags) -> list[Finding]:
         if seen:
             late, alike = (float(np.mean(parts)) for parts in zip(*seen, strict=True))
             by = f"{1e3 * abs(late):.0f} ms"
-            when = f"comes {by} {'after' if late > 0 else 'before'} the rates" if by != "0 ms" else "is in step with the rates"
-            text = f"the attitude {when} (correlation {alike:.2f})"
+            when = f"{'lags' if late > 0 else 'leads'} the rates by {by}" if by != "0 ms" else "is in step with the rates"
+            text = f"attitude {when} (correlation {alike:.2f})"
             found.append(Finding(abs(late) > 0.1, text))
     if "setpoint" in flight.channels and "position" in flight.channels:
         for axis in (0, 1):
             goal, place = (filled(flight.channel(name))[sure, axis] for name in ("setpoint", "position"))
             behind = lag(goal, place, flight.period, 1.0) if goal.std() > 0.1 else None
             if behind:
-                found.append(
-                    Finding(False, f"the position follows the setpoint {1e3 * behind.lag:.0f} ms later along {AXES[axis]}")
-                )
+                found.append(Finding(False, f"position lags the setpoint by {1e3 * behind.lag:.0f} ms along {AXES[axis]}"))
     return found
 
 

@@ -1,6 +1,8 @@
 """Judging a log before it is used: what contradicts its mapping, and what cannot be learned from it."""
 
 import math
+import re
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -35,11 +37,36 @@ def judge(flight: FlightRecord, geometry: Geometry | None = None) -> list[Findin
     return sorted(found, key=lambda one: not one.wrong)
 
 
-def refuse(flight: FlightRecord, findings: list[Finding]) -> None:
+def refuse(name: str, findings: list[Finding]) -> None:
     """Raises UserError with everything that contradicts the mapping."""
     wrong = [one.text for one in findings if one.wrong]
     if wrong:
-        raise UserError(f"{flight.name}: {'; '.join(wrong)}; --trust-mapping skips these checks")
+        raise UserError(f"{name}: {'; '.join(wrong)}; --trust-mapping skips these checks")
+
+
+NUMBER = re.compile(r"(?<![\w.^])\d+(?:\.\d+)?(?:e[+-]\d+)?")
+
+
+def in_few_lines(judged: Mapping[str, Sequence[Finding]]) -> list[str]:
+    """The findings of each flight; those of several flights that differ only in their numbers in one line, with the least and
+    the greatest.
+    """
+    alike: dict[str, dict[str, str]] = {}
+    for name, findings in judged.items():
+        for one in findings:
+            alike.setdefault(NUMBER.sub("0", one.text), {})[name] = one.text
+    lines = []
+    for texts in alike.values():
+        spans = [sorted(set(row), key=float) for row in zip(*map(NUMBER.findall, texts.values()), strict=True)]
+        ends = iter([" to ".join(dict.fromkeys((row[0], row[-1]))) for row in spans])
+        many, few = f"{len(texts)} of {len(judged)} flights", len(texts) <= NAMED and len(texts) < len(judged)
+        who = listed(list(texts)) if len(texts) == 1 else f"{many} ({listed(list(texts))})" if few else many
+        lines.append(f"{who}: {NUMBER.sub(lambda _: next(ends), next(iter(texts.values())))}")  # noqa: B023 (called at once)
+    return lines
+
+
+NAMED = 3
+"""So many flights are named, more are counted."""
 
 
 def never_flew(flight: FlightRecord) -> str:
@@ -75,7 +102,7 @@ def flaws(flight: FlightRecord) -> list[Finding]:
         said = "1 row repeats" if twice == 1 else f"{twice} rows repeat"
         found.append(Finding(False, f"{said} the time of the row before"))
     if len(gaps):
-        said = f"{len(gaps)} gap{'s' * (len(gaps) > 1)}, the longest {1e3 * gaps.max():.0f} ms"
+        said = f"gaps in time: {len(gaps)}, the longest {1e3 * gaps.max():.0f} ms"
         found.append(Finding(False, f"{said}; no prediction crosses one"))
     if uneven > 0.3 * flight.rows:
         text = f"{100 * uneven / flight.rows:.0f} % of the steps in time differ by more than a tenth from {flight.period:g} s"
@@ -101,7 +128,7 @@ def flaws(flight: FlightRecord) -> list[Finding]:
         if len(over) > 0.5 * flight.flying.sum():
             found.append(Finding(True, "attitude: upside down for most of the flight; are `order` and `body` right?"))
         elif len(over):
-            found.append(Finding(False, f"upside down from {flight.time[over[0]] - flight.time[0]:.1f} s on: a crash?"))
+            found.append(Finding(False, f"upside down, first after {flight.time[over[0]] - flight.time[0]:.1f} s: a crash?"))
     return found
 
 
@@ -120,8 +147,8 @@ def excitation(flight: FlightRecord, sure: Flags) -> list[Finding]:
         spread = np.nanstd(flight.channel("rates")[sure], axis=0)
         for axis, name in enumerate(("roll", "pitch", "yaw")):
             if spread[axis] < 0.1:
-                text = f"{name} is barely excited ({spread[axis]:.2g} rad/s), so its intervals are wide, or it has none"
-                found.append(Finding(False, text))
+                text = f"{name} is barely excited ({spread[axis]:.2g} rad/s)"
+                found.append(Finding(False, f"{text}: the {name} parameters will have wide intervals, or none"))
     if "velocity" in flight.channels:
         speed = float(np.nanpercentile(np.linalg.norm(flight.channel("velocity")[sure], axis=1), 95))
         if speed < 0.3:
