@@ -98,16 +98,18 @@ def link_rows(app: "Sphinx", tree: nodes.document) -> None:
                     link(item, f"exercise-{number}", item[0])
 
 
+EVERYDAY = {"word", "seed", "success", "failure", "budget", "claim", "token", "story", "extra", "weights", "stack", "flash"}
+"""Words of the glossary that a reader knows, or that mean something else in most sentences."""
+
+
 def link_terms(app: "Sphinx", tree: nodes.document) -> None:
-    """The first use of every word of the glossary in a lesson, with a link to what it means."""
+    """The first use of every word of the field in a lesson, with a link to what the glossary says that it means."""
     if not re.match(r"lessons/\d", app.env.docname):
         return
-    cells = re.findall(r"^\| ([\w, -]+?) \|", (here.parent / "glossary.md").read_text(encoding="utf-8"), re.MULTILINE)
+    tables = (here.parent / "glossary.md").read_text(encoding="utf-8").partition("\n## On the command line\n")[2]
+    cells = re.findall(r"^\| ([\w, -]+?) \|", tables, re.MULTILINE)
     terms = {
-        term: nodes.make_id(cell)
-        for cell in cells
-        for term in cell.split(", ")
-        if len(term) > 3 and term not in ("word", "rest")
+        term: nodes.make_id(cell) for cell in cells for term in cell.split(", ") if len(term) > 3 and term not in EVERYDAY
     }
     any_term = re.compile(rf"(?<![\w-])(?:{'|'.join(sorted(terms, key=len, reverse=True))})(?![\w-])")
     for text in [one for one in tree.findall(nodes.Text) if isinstance(one.parent, nodes.paragraph)]:
