@@ -91,7 +91,8 @@ def test_a_served_page_flies_its_campaign_in_workers_or_by_its_own_laws(
     browsers, page_file, precision, tmp_path, monkeypatch, allowed
 ):  # of which there are none in f32
     if not allowed:
-        monkeypatch.setattr(serve, "SANDBOXED", serve.SANDBOXED.replace(" 'wasm-unsafe-eval'", ""))
+        policy = serve.SANDBOXED.replace(" 'wasm-unsafe-eval'", "")
+        monkeypatch.setitem(serve.THEIRS, "Content-Security-Policy", policy)
     if allowed or precision == "f64":
         with serving(serve.server(page_file.parent, 0)) as port:
             page = browsers[False].page()
