@@ -34,7 +34,7 @@ function table(block: string, flights: readonly FlightData[], button: (flight: F
   return h(
     "table",
     {},
-    h("caption", {}, `${block}; ${prose(rowAxis)} down, ${prose(columnAxis)} across`),
+    h("caption", {}, `${block}${block && "; "}${prose(rowAxis)} down, ${prose(columnAxis)} across`),
     h("thead", {}, h("tr", {}, h("td", { class: "block" }, block), ...columns.map((column) => h("th", { scope: "col" }, column)))),
     h("tbody", {}, ...rows.map((row) => h("tr", {}, h("th", { scope: "row" }, row), ...columns.map((column) => cell(row, column))))),
   );
@@ -46,7 +46,8 @@ const STEPS: Readonly<Record<string, readonly [number, number]>> = { ArrowLeft: 
 function neighbour(from: HTMLButtonElement, key: string): HTMLButtonElement | null {
   const step = STEPS[key];
   const tables = [...(from.closest(".field")?.querySelectorAll("table") ?? [])];
-  const grid = [0, 1, 2, 3, 4, 5, 6, 7].map((row) => tables.flatMap((one) => [...(one.tBodies[0]?.rows[row]?.querySelectorAll("button") ?? [])]));
+  const rows = Math.max(0, ...tables.map((one) => one.tBodies[0]?.rows.length ?? 0));
+  const grid = Array.from({ length: rows }, (_, row) => tables.flatMap((one) => [...(one.tBodies[0]?.rows[row]?.querySelectorAll("button") ?? [])]));
   const row = grid.findIndex((buttons) => buttons.includes(from));
   if (!step || row < 0) return null;
   return grid[row + step[0]]?.[grid[row]!.indexOf(from) + step[1]] ?? null;

@@ -12,19 +12,20 @@ from numpy.typing import NDArray
 
 from quadstep.metrics.statistics import share
 from quadstep.mission.fields import words
+from quadstep.page.model import Cell
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.single import FlownAgain, flown_again, write_flights
 from quadstep.studies.campaign.store import parquet
-from quadstep.studies.envelope_map import CAUSES, FLYABLE, Cells, cells_of, coloured, draw_map, in_brief, table
+from quadstep.studies.envelope_map import CAUSES, FLYABLE, Cells, by_success, cells_of, coloured, draw_map, in_brief, table
 from quadstep.studies.envelope_request import MapAxis, Request, Value
 from quadstep.studies.study import Flown, Study
 
 DATA, PICTURE = "envelope.parquet", "envelope"
 
-HEADER = ("panel", "cells", "flyable", "success rate", "RMSE of flyable cells", "outcomes of failed flights")
+HEADER = ("panel", "cells", "flyable", "success rate", "RMSE of flyable cells [{}]", "outcomes of failed flights")
 
 
 class MapPanel(NamedTuple):
@@ -66,9 +67,11 @@ class Map(Study[Envelope]):
         (out / DATA).write_bytes(parquet(table(self.asked, envelope.cells)))
         cells = watched(self.asked)
         found = dict(zip(cells, map(self.named, flown_again(self.campaign, cells)), strict=True))
-        links = write_flights(out, self.campaign, found)
+        links = write_flights(out, self.campaign, found, dict(zip(cells, map(self.place, cells), strict=True)))
         draw_map(out / PICTURE, self.asked, envelope.cells, sheet, links)
-        name, rows = f"Envelope of {self.campaign.defaults['name']}", [row(one) for one in envelope.panels]
+        name = f"Envelope of {self.campaign.defaults['name']}"
+        unit, factor = units.handy("m", max((one.rmse[1] for one in envelope.panels if one.rmse), default=0.0))
+        header, rows = [one.format(unit) for one in HEADER], [row(one, factor) for one in envelope.panels]
         return Evidence(
             name=name,
             kind="Envelope",
@@ -78,11 +81,19 @@ class Map(Study[Envelope]):
             facts=[fact(one) for one in envelope.panels if one.name],
             figures=[Figure(PICTURE, caption(envelope, bool(links)), label="Map")],
             sections=[
-                TableSection("Panel by panel" if self.asked.by else "", "panels", HEADER, rows),
+                TableSection("Panel by panel" if self.asked.by else "", "panels", header, rows),
                 TableSection("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),
             ],
-            paper=booktabs(HEADER, [rows], [name]),
+            paper=booktabs(header, [rows], [name]),
         )
+
+    def place(self, cell: int) -> Cell:
+        """Where the page has a flight in its table."""
+        asked = self.asked
+        panel, row, column = np.unravel_index(cell, asked.shape)
+        block = asked.by.in_words(asked.by.values[panel]) if asked.by else ""
+        at = asked.y.shown(asked.y.values[row]), asked.x.shown(asked.x.values[column])
+        return Cell(block, at[0], at[1], words(asked.y.key), words(asked.x.key))
 
     def named(self, one: FlownAgain) -> FlownAgain:
         """The same, called by the values of its cell."""
@@ -97,11 +108,11 @@ MOST_WATCHED = 100
 
 
 def watched(request: Request) -> list[int]:
-    """All cells of a small map, every so many along both axes of a large one."""
+    """All cells of a small map, every so many along both axes of a large one; as the map has them, from the top."""
     panels, rows, columns = request.shape
     every = next(n for n in range(1, rows + columns) if panels * -(-rows // n) * -(-columns // n) <= MOST_WATCHED)
     places = np.arange(request.cells).reshape(request.shape)
-    return [int(one) for one in places[:, (every - 1) // 2 :: every, (every - 1) // 2 :: every].flat]
+    return [int(one) for one in places[:, (every - 1) // 2 :: every, (every - 1) // 2 :: every][:, ::-1].flat]
 
 
 def settings(request: Request) -> list[tuple[str, str]]:
@@ -165,7 +176,7 @@ def answer(envelope: Envelope) -> str:
     asked, cells = envelope.asked, envelope.panels[0].cells
     over = f"combinations of {words(asked.x.key)} and {words(asked.y.key)}"
     same = "" if asked.random or asked.flights == 1 else " Nothing is random here: all flights of a cell are identical."
-    how, more = f"{asked.campaign.meaning}{most_of(asked)}", f"{same}{ends(envelope)}{idle(envelope)}"
+    how, more = f"{asked.campaign.meaning}{most_of(asked)}", f"{same}{either_way(envelope)}{ends(envelope)}{idle(envelope)}"
     names = [f" with {one.name}" if one.name else "" for one in envelope.panels]
     if asked.cells == 1:
         at = f"{asked.x.in_words(asked.x.values[0])} and {asked.y.in_words(asked.y.values[0])}{names[0]}"
@@ -174,10 +185,40 @@ def answer(envelope: Envelope) -> str:
     if envelope.cells.flyable.all():
         return f"Every one of the {cells} {over} can be flown{units.listed(names)}{how}: the map shows no limit.{more}"
     if not envelope.cells.flyable.any():
-        return f"None of the {cells} {over} can be flown{units.listed(names)}{how}.{more}"
+        return none_flyable(envelope, f"None of the {cells} {over}", units.listed(names), more)
     first, *others = [f"{one.flyable} of {cells}" for one in envelope.panels]
     parts = [f"{first} {over} can be flown{names[0]}", *map("".join, zip(others, names[1:], strict=True))]
     return f"{', '.join(parts)}{how}{borders(envelope)}.{more}"
+
+
+def none_flyable(envelope: Envelope, none: str, names: str, more: str) -> str:
+    """That no cell is flyable, and of several flights each how many succeed where most do."""
+    asked, successes = envelope.asked, envelope.cells.successes
+    if asked.flights == 1:
+        return f"{none} can be flown{names}{asked.campaign.meaning}{most_of(asked)}.{more}"
+    said = f"{none} is flyable{names}{asked.campaign.meaning}, that is, succeeds in {enough(asked)[0]}"
+    best = int(successes.max())
+    if not best:
+        return f"{said}; no flight succeeded at all.{more}"
+    where = zip((asked.by, asked.y, asked.x), np.argwhere(successes == best)[0], strict=True)
+    at = units.listed([axis.in_words(axis.values[place]) for axis, place in where if axis][::-1])
+    such = "the best" if (successes == best).sum() == 1 else "one of the best"
+    return f"{said}; {such}, {at}, succeeds in {best} of {asked.flights}.{more}"
+
+
+def either_way(envelope: Envelope) -> str:
+    """Of two panels, which has the smaller errors where both can be flown, in a sentence after a blank."""
+    if len(envelope.panels) != 2:
+        return ""
+    both = envelope.cells.flyable.all(axis=0)
+    first, second = envelope.cells.rmse[:, both]
+    smaller = int((first < second).sum()), int((second < first).sum())
+    if smaller[0] == smaller[1]:
+        return ""
+    count, name = max(smaller), envelope.panels[smaller[1] > smaller[0]].name
+    what = f"{'median ' if envelope.asked.flights > 1 else ''}position RMSE"
+    shared = f"Where both can be flown ({units.counted(int(both.sum()), 'combination')})"
+    return f" {shared}, the {what} is smaller with {name} in {'all' if count == both.sum() else count} of them."
 
 
 def borders(envelope: Envelope) -> str:
@@ -189,7 +230,8 @@ def borders(envelope: Envelope) -> str:
         found = [span(axis, (cells == good).all(axis=1)) for axis, cells in axes if axis.ranged]
         where = [one for one in found if one]
         parts += [f"{what} where {units.listed(where, 'or')}"] if where else []
-    return f": {', '.join(parts)}" if parts else ""
+    whole = {1: "", 2: "with both, "}.get(len(envelope.panels), "with each, ")
+    return f": {whole}{', '.join(parts)}" if parts else ""
 
 
 def span(axis: MapAxis, line: NDArray[np.bool_]) -> str:
@@ -261,10 +303,15 @@ def caption(envelope: Envelope, linked: bool) -> str:
         few = "in which fewer than half of the flights succeed" if several else "whose flight fails"
         look = "Hatched by cause" if cells.cause[~seen].any() else "Dotted"
         parts = [f"{look}: {units.counted(int((~seen).sum()), 'cell')} {few}.", *parts]
-    if seen.any():
-        least, most = (units.quantity(float(end(cells.rmse[seen])), "m") for end in (np.min, np.max))
-        what = f"{'median ' if several else ''}position RMSE"
-        parts = [f"Colour: {what}, from {least} to {most}; lighter means larger.", *parts]
+    least, most = (float(end(cells.rmse[seen])) if seen.any() else 0.0 for end in (np.min, np.max))
+    what = f"{'median ' if several else ''}position RMSE"
+    if by_success(cells):
+        ends = [units.percent(float(end(cells.share))) for end in (np.min, np.max)]
+        parts = [f"Colour: share of flights that succeed, from {ends[0]} to {ends[1]}; lighter means more.", *parts]
+    elif seen.any():
+        told = [units.quantity(one, "m") for one in (least, most)]
+        ranges = f"from {told[0]} to {told[1]}; lighter means larger" if least < most else told[0]
+        parts = [f"Colour: {what}, {ranges}.", *parts]
     return " ".join(parts)
 
 
@@ -272,7 +319,8 @@ def fact(one: MapPanel) -> markup.Fact:
     return markup.Fact(one.name, units.percent(one.flyable / one.cells), f"{one.flyable} of {one.cells} cells")
 
 
-def row(one: MapPanel) -> list[str]:
+def row(one: MapPanel, factor: float) -> list[str]:
+    """A panel in the table, whose errors are in one unit."""
     causes = ", ".join(f"{count} {in_brief(name)}" for name, count in one.causes.items())
-    rmse = f"{units.quantity(one.rmse[0], 'm')} to {units.quantity(one.rmse[1], 'm')}" if one.rmse else "–"
+    rmse = " to ".join(units.number(factor * end) for end in one.rmse) if one.rmse else "–"
     return [one.name or "the map", str(one.cells), str(one.flyable), units.percent(one.success), rmse, causes or "–"]

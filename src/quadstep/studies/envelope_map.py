@@ -13,12 +13,12 @@ from matplotlib import colormaps
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, PercentFormatter
 from numpy.typing import NDArray
 
 from quadstep.engines.scored import LARGEST, RMSE
@@ -41,6 +41,9 @@ FLYABLE = 0.95
 OVER_LIMIT = "over-limit"
 CAUSES = (OVER_LIMIT, *OUTCOMES[1:])
 """Why a flight does not succeed: it completed, but failed by a limit of the user's; or it ended early."""
+
+MOSTLY = 0.5
+"""The share of flights that must succeed for a cell to show its error."""
 
 MEDIAN, MEAN = (RMSE.replace("[", f"_{what}[") for what in ("median", "mean"))
 
@@ -209,7 +212,7 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Ma
             axes.tick_params(labelbottom=True)
         for axes in grid[:, 0]:
             axes.set_ylabel(label(mission, request.y.key))
-        if norm:
+        if norm and (by_success(cells) or np.ptp(cells.rmse[coloured(cells)]) > 0.0):  # one value needs no scale
             draw_scale(figure, grid, norm, request)
         handles = legend(request, cells)
         if handles:
@@ -218,8 +221,20 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Ma
         write(figure, path, sheet)
 
 
-def scale(cells: Cells) -> LogNorm | None:
-    """Of the RMSE of what is coloured; None if nothing is."""
+FEWEST_COLOURED = 0.1
+"""Share of the cells of a map with an error to show, below which it shows success rates."""
+
+
+def by_success(cells: Cells) -> bool:
+    """Whether colour is the success rate: where few cells have an error to show."""
+    few = (cells.share >= MOSTLY).mean() < FEWEST_COLOURED
+    return bool(few and cells.flights > 1 and np.ptp(cells.share) > 0.0)
+
+
+def scale(cells: Cells) -> Normalize | None:
+    """Of what is coloured: the success rate, or the RMSE; None if nothing is."""
+    if by_success(cells):
+        return Normalize(0.0, float(cells.share.max()))
     shown_rmse = cells.rmse[coloured(cells)]
     if not shown_rmse.size:
         return None
@@ -228,23 +243,24 @@ def scale(cells: Cells) -> LogNorm | None:
 
 
 def coloured(cells: Cells) -> NDArray[np.bool_]:
-    """Cells in which at least half of the flights succeed; the others are grey."""
-    return cells.share >= 0.5
+    """Cells in which at least half of the flights succeed, the others are grey; all where colour is the success rate."""
+    return (cells.share >= MOSTLY) | by_success(cells)
 
 
-def draw_panel(axes: Axes, request: Request, cells: Cells, place: int, norm: LogNorm | None) -> None:
+def draw_panel(axes: Axes, request: Request, cells: Cells, place: int, norm: Normalize | None) -> None:
     """One panel: x to the right, y up."""
     good, cause = coloured(cells)[place], cells.cause[place]
     image = np.ones((*good.shape, 4))
     image[~good, 3] = 0.0
     if norm:
-        image[good] = colormaps[COLOURS](norm(np.maximum(cells.rmse[place][good], LEAST)))
+        values = cells.share if by_success(cells) else np.maximum(cells.rmse, LEAST)
+        image[good] = colormaps[COLOURS](norm(values[place][good]))
     left, right, bottom, top = *axis_ends(request.x), *axis_ends(request.y)
     axes.imshow(image, extent=(left, right, bottom, top), origin="lower", aspect="auto", interpolation="none")
     across, up = edges(request.x), edges(request.y)
     for number, name in enumerate(CAUSES):
         hatch(axes, ~good & (cause == number), across, up, name)
-    if lines := contours(cells.share[place], cells.flights):
+    if lines := {} if by_success(cells) else contours(cells.share[place], cells.flights):
         centres = [0.5 * (edge[1:] + edge[:-1]) for edge in (across, up)]
         axes.contour(*centres, cells.share[place], [*lines], colors="black", linewidths=1.2, linestyles=[*lines.values()])
     tell_cells(axes, request, cells, place)
@@ -342,11 +358,16 @@ def legend(request: Request, cells: Cells) -> list[Artist]:
     return handles + [
         Line2D([], [], color="black", linewidth=1.2, linestyle=style, label=f"{100 * level:g} % succeed")
         for level, style in contours(cells.share, cells.flights).items()
+        if not by_success(cells)
     ]
 
 
-def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: LogNorm, request: Request) -> None:
+def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: Normalize, request: Request) -> None:
     bar = figure.colorbar(ScalarMappable(norm, colormaps[COLOURS]), ax=grid.ravel().tolist(), pad=0.02, aspect=30)
+    if not isinstance(norm, LogNorm):
+        bar.ax.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %", decimals=0))
+        bar.set_label("share of flights that succeed")
+        return
     decades = math.log10((norm.vmax or 1.0) / (norm.vmin or 1.0))
     bar.ax.yaxis.set_major_locator(
         LogLocator(10.0, (1.0,) if decades > 3.0 else (1.0, 3.0) if decades > 1.5 else (1.0, 2.0, 5.0))

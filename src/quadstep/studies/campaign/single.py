@@ -4,6 +4,7 @@ draw at rest where its path begins.
 
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ from quadstep.linear.several import Several, collected
 from quadstep.linear.several import write as write_loops
 from quadstep.page.build import build_page, flown_mission
 from quadstep.page.flights import ShownFlight
-from quadstep.page.model import Link
+from quadstep.page.model import Cell, Link
 from quadstep.report import units
 from quadstep.report.axes import CLEAR
 from quadstep.report.canvas import figure_at
@@ -126,13 +127,17 @@ def others(rmse: NDArray[np.float64], worst: Collection[int]) -> list[int]:
     return [flight for flight in dict.fromkeys(spread) if flight not in worst]
 
 
-def write_flights(out: Path, campaign: Campaign, again: Mapping[int, FlownAgain]) -> dict[int, str]:
-    """flights.html, where they move, and the address of each there; none where the package has no front end."""
+def write_flights(
+    out: Path, campaign: Campaign, again: Mapping[int, FlownAgain], cells: Mapping[int, Cell] = MappingProxyType({})
+) -> dict[int, str]:
+    """flights.html, where they move, and the address of each there; none where the package has no front end. cells: the place
+    of each where the page has them in a table.
+    """
     shown: dict[int, ShownFlight] = {}
     for flight, (found, log, _) in again.items():
         if found is not None and log is not None and again[flight].drawable:
             one = judged(flown_mission(found.mission, found.plan, log, campaign.folder), campaign)
-            shown[flight] = one._replace(id=f"flight-{flight}", group=campaign.file.name)
+            shown[flight] = one._replace(id=f"flight-{flight}", group=campaign.file.name, cell=cells.get(flight))
     try:
         text = build_page(campaign.file.name, "", list(shown.values()), links=(Link("Report", REPORT),)) if shown else ""
     except UserError:
