@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from quadstep import Mission
+from quadstep import fly as fly_mission
+from quadstep.mission.listings import load_preset
 from quadstep.numbers import vector
 from quadstep.vehicle.airframe_plant import Events, Payload, RotorFault, efficiencies, mass_properties
 from quadstep.vehicle.rigid_body import Effects
@@ -94,3 +97,41 @@ def test_faults_begin_at_their_time_and_multiply_on_one_rotor():
     for t, wanted in [(0.9, (1, 1, 1, 1)), (1.0, (1, 1, 0.8, 1)), (2.5, (0.9, 1, 0.8, 1)), (3.0, (0.9, 1, 0.4, 1))]:
         assert array(efficiencies(events, 4, t)).tolist() == pytest.approx(wanted)
     assert array(efficiencies(Events(), 6, 1.0)).tolist() == [1] * 6
+
+
+FALTERING = {"type": "rotor", "time": 0.5, "rotor": 1, "efficiency": 0.5}
+
+
+def hovering(*events, metrics=()):
+    path = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 4.0}
+    return fly_mission(
+        Mission(vehicle={"preset": "x500"}, path=path, events=events, metrics=metrics,
+                controller={"type": "rotation-backstepping"})
+    )  # fmt: skip
+
+
+def test_a_failing_rotors_logged_thrust_is_what_it_makes():
+    """The logged thrusts, not those of whole rotors, carry the weight and give the momentum."""
+    flight = hovering(FALTERING)
+    weight = load_preset("x500").mass * 9.81
+    made, whole = flight.table("f1", "f2", "f3", "f4"), flight.table("f1_whole", "f2_whole", "f3_whole", "f4_whole")
+    t, q_x, q_y, v_z = flight.table("t", "q_x", "q_y", "v_z").T
+    before, upward = t < 0.499, 1.0 - 2.0 * (q_x**2 + q_y**2)
+    needed = weight * (t[-1] + (v_z[-1] - v_z[0]) / 9.81)
+    assert np.trapezoid(made.sum(axis=1) * upward, t) == pytest.approx(needed, rel=0.01)
+    assert np.trapezoid(whole.sum(axis=1) * upward, t) > 1.15 * needed
+    np.testing.assert_array_equal(made[before], whole[before])
+    np.testing.assert_array_equal(made[~before], whole[~before] * [0.5, 1.0, 1.0, 1.0])
+
+
+def test_energy_and_the_margin_count_the_speed_of_a_failing_rotor():
+    flight, sound = hovering(FALTERING, metrics=["energy"]), hovering(metrics=["energy"])
+    forces = flight.table("f1_whole", "f2_whole", "f3_whole", "f4_whole")
+    power = (forces**1.5).sum(axis=1)
+    hover = (sound.table("f1", "f2", "f3", "f4") ** 1.5).sum(axis=1)
+    ratio = np.trapezoid(power, flight.column("t")) / np.trapezoid(hover, sound.column("t"))
+    assert ratio > 1.1
+    assert flight.metrics()["energy[J]"] / sound.metrics()["energy[J]"] == pytest.approx(ratio, rel=1e-3)
+    most = float(load_preset("x500").build().allocation.most)
+    assert flight.metrics()["largest_thrust_share"] == pytest.approx(forces.sum(axis=1).max() / (4.0 * most), rel=1e-9)
+    assert not [name for name in sound.columns if name.endswith("_whole")]

@@ -275,7 +275,7 @@ type Triple<T> = readonly [T, T, T];
 export interface SceneData {
   readonly arm: number;
   readonly radius: number;
-  readonly rotors: readonly { position: Triple<number>; spin: 1 | -1; force: string | null; speed: string | null }[];
+  readonly rotors: readonly { position: Triple<number>; spin: 1 | -1; force: string | null }[];
   /** Thrust of one rotor at hover [N]. */
   readonly hover: number;
   readonly position: Triple<string>;

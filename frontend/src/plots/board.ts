@@ -19,6 +19,8 @@ import { Plot } from "./plot";
 import { offCommand } from "./offcommand";
 import { TimeWindow } from "./range";
 
+const WHOLE = "Pale bands: the thrust that each rotor would make at its speed without the fault.";
+
 interface Offer {
   readonly id: string;
   readonly title: string;
@@ -121,7 +123,8 @@ export class Board {
     }
     const data = shown.data.panels.find((panel) => panel.id === id);
     const panel = data && panelOf({ ...data, log: log ?? data.log }, shown.flight, this.overlays(shown));
-    return panel && id === "attitude" ? { ...panel, note: offCommand(shown) } : panel;
+    const note = id === "attitude" ? offCommand(shown) : id === "rotors" && shown.flight.has("f1_whole") ? WHOLE : "";
+    return panel && note ? { ...panel, note } : panel;
   }
 
   /** All that may be shown of a flight, and what is: new plots, those of its columns, and its net, which is not unless chosen. */

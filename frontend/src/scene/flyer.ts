@@ -121,9 +121,10 @@ export class Flyer {
       this.drawn.push({ label, unit, kind, arrow, scale, at, tip: new Vector3(), size: 0 });
     };
     const all = Math.max(rotors.length * hover, 1e-9);
-    add("Thrust", "N", "thrust", 2 / all, (t, out) =>
-      out.copy(UP).applyQuaternion(this.attitude).multiplyScalar(thrust ? this.flight?.at(thrust, t) || 0 : 0),
-    );
+    const forces = rotors.flatMap(({ force }) => force ?? []); // what they make: commands leave out lag and faults
+    const made = forces.length < rotors.length ? (thrust ? [thrust] : []) : forces;
+    const sum = (t: number): number => made.reduce((so, name) => so + (this.flight?.at(name, t) || 0), 0);
+    add("Thrust", "N", "thrust", 2 / all, (t, out) => out.copy(UP).applyQuaternion(this.attitude).multiplyScalar(sum(t)));
     for (const arrow of this.data.arrows) add(arrow.label, arrow.unit, arrow.kind, 1, (_, out) => out.set(0, 0, 0));
   }
 }

@@ -38,13 +38,14 @@ const POINT = 1e-6;
 const FAR = 30;
 const RATE_SCALE = 1e3;
 const SATURATED = 1e-3;
+const FORCE = /^f\d+$/;
 
 export function measure(flight: Flight, data: FlightData, given: Inputs | undefined): Measures {
-  const forces = sums(columns(flight, (name) => /^f\d+$/.test(name)));
-  const thrust = flight.rows > 1 && forces.length ? greatest(forces) : undefined;
+  const largest = (forces: readonly Float64Array[]): number | undefined => (flight.rows > 1 && forces.length ? greatest(sums(forces)) : undefined);
+  const [thrust, turning] = [largest(columns(flight, (name) => FORCE.test(name))), asTurning(flight)];
   const most = given?.parameters[given.names.get(data.summary.limit ?? "") ?? -1] ?? Number.NaN;
-  const full = most * flight.names.filter((name) => /^f\d+$/.test(name)).length;
-  const share = thrust !== undefined && Number.isFinite(full) && full > 0 ? thrust / full : undefined;
+  const full = most * turning.length;
+  const share = thrust !== undefined && Number.isFinite(full) && full > 0 ? largest(turning)! / full : undefined;
   const tilts = tiltOf(flight, given);
   return {
     ...errors(flight, data.summary),
@@ -167,7 +168,7 @@ function saturated(flight: Flight, { limit, least }: SummaryData, given: Inputs 
   const number = (name: string | null): number => given?.parameters[given.names.get(name ?? "") ?? -1] ?? Number.NaN;
   const [low, high] = [number(least), number(limit)];
   if (!Number.isFinite(high)) return undefined;
-  const forces = columns(flight, (name) => /^f\d+$/.test(name));
+  const forces = asTurning(flight);
   const tolerance = 1e-9 * high;
   return share(flight.rows, (row) => forces.some((force) => force[row]! <= low + tolerance || force[row]! >= high - tolerance));
 }
@@ -204,6 +205,12 @@ function tiltOf(flight: Flight, given: Inputs | undefined): Float64Array | undef
     cosines = theta.map((value, i) => cos(value) * cos(phi[i]!));
   } else return undefined;
   return cosines.map((c) => Math.min(Math.max(c, -1), 1)).map((c) => atan2(Math.sqrt((1 - c) * (1 + c)), c));
+}
+
+/** Each rotor's thrust as it turns, without what a fault takes from it. */
+function asTurning(flight: Flight): Float64Array[] {
+  const whole = columns(flight, (name) => /^f\d+_whole$/.test(name));
+  return whole.length ? whole : columns(flight, (name) => FORCE.test(name));
 }
 
 function columns(flight: Flight, wanted: (name: string) => boolean): Float64Array[] {

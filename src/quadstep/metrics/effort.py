@@ -27,8 +27,8 @@ class OverTime(NamedTuple, Generic[B]):
 
 
 def thrusts(sample: Mapping[str, Number], rotors: int) -> list[Number]:
-    """Of each rotor [N]."""
-    return [sample[f"f{place + 1}"] for place in range(rotors)]
+    """Of each rotor [N], as it turns: what a fault takes from its thrust it takes from the battery none the less."""
+    return [sample.get(f"f{place}_whole", sample[f"f{place}"]) for place in range(1, rotors + 1)]
 
 
 @dataclass(frozen=True)

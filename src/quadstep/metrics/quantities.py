@@ -67,8 +67,8 @@ def rotor_columns(columns: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def rotor_thrusts(log: FlightLog) -> Numbers:
-    """Each rotor's thrust as it turns, shape (samples, rotors) [N]."""
-    return log.table(*rotor_columns(log.columns))
+    """Each rotor's thrust as it turns, without what a fault takes from it, shape (samples, rotors) [N]."""
+    return log.table(*(whole if (whole := f"{name}_whole") in log.columns else name for name in rotor_columns(log.columns)))
 
 
 def share_at_limits(log: FlightLog, least: float, greatest: float) -> float:

@@ -215,7 +215,8 @@ class MultirotorMission(Mission):
 
     @property
     def plant(self) -> Multirotor:
-        return Multirotor(self.modelled.geometry, self.modelled.effects)
+        failing = any(isinstance(event, RotorFaultSection) for event in self.events)
+        return Multirotor(self.modelled.geometry, self.modelled.effects, failing)
 
     @property
     def own_metrics(self) -> tuple[Metric, ...]:

@@ -105,7 +105,6 @@ class RotorView(NamedTuple):
     position: tuple[float, float, float]
     spin: int
     force: str | None
-    speed: str | None
 
 
 class Arrow(NamedTuple):

@@ -22,10 +22,10 @@ def scene(plan: FlightPlan | None, log: FlightLog) -> Scene:
         body = plan.loop.plant.body(plan.parameters)
         found, weight = plan.loop.plant.drawing(plan.parameters), float(body.mass * body.gravity)
         arrows = forces(plan.parameters)
-    rotors = tuple(RotorView(one.position, one.spin, column_or_none(log.columns, one.column), None) for one in found.rotors)
+    rotors = tuple(RotorView(one.position, one.spin, column_or_none(log.columns, one.column)) for one in found.rotors)
     if not rotors:
         corners = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
-        rotors = tuple(RotorView((x, y, 0.0), 1 if i % 2 else -1, None, None) for i, (x, y) in enumerate(corners))
+        rotors = tuple(RotorView((x, y, 0.0), 1 if i % 2 else -1, None) for i, (x, y) in enumerate(corners))
     arm, low = max(math.hypot(rotor.position[0], rotor.position[1]) for rotor in rotors), lowest(log)
     ground = low if found.ground is None else found.ground
     wind = Arrow("wind", "m/s", "wind", ("wind_x", "wind_y", "wind_z"), None)
@@ -86,10 +86,10 @@ PANELS = (
     group("attitude", "Attitude against command", "rad", ("yaw", "pitch", "roll"), ("yaw_d", "pitch_d", "roll_d")),
     group("attitude-error", "Attitude error", "rad", ("yaw", "pitch", "roll"), ("yaw_d", "pitch_d", "roll_d"), minus=True),
     group("thrust", "Thrust", "N", ("u",)),
-    group("thrust-made", "Thrust, commanded and produced", "N", ("u_a",), ("u",)),
+    group("thrust-made", "Thrust, commanded and limited", "N", ("u_a",), ("u",)),
     group("torque", "Torques", "N m", ("tau_psi", "tau_theta", "tau_phi")),
-    group("torque", "Torques, commanded and produced", "N m", ("tau_x_a", "tau_y_a", "tau_z_a"), ("tau_x", "tau_y", "tau_z")),
-    group("rotors", "Rotor forces", "N", tuple(f"f{i}" for i in range(1, 9))),
+    group("torque", "Torques, commanded and limited", "N m", ("tau_x_a", "tau_y_a", "tau_z_a"), ("tau_x", "tau_y", "tau_z")),
+    group("rotors", "Rotor forces", "N", tuple(f"f{i}" for i in range(1, 9)), tuple(f"f{i}_whole" for i in range(1, 9))),
     group("estimate", "Estimated minus true position", "m", AXES, ("x_m", "y_m", "z_m"), minus=True)._replace(optional=True),
     group("wind", "Wind", "m/s", ("wind_x", "wind_y", "wind_z"))._replace(optional=True),
     group("voltage", "Battery", "V", ("voltage",))._replace(optional=True),

@@ -2,7 +2,7 @@
 their logs.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import ClassVar, Generic, Protocol, TypeVar, cast
 
 from quadstep.interfaces.controller import Command, Measured
@@ -49,11 +49,12 @@ def log_row(
     return [t, *motion, *inputs, *command.weight_norms, kinetic + command.stored, r1.norm(), r2.norm()]
 
 
-def airframe_columns(rotors: int) -> dict[str, str]:
+def airframe_columns(rotors: int, failing: bool = False) -> dict[str, str]:
     """Name and unit of every column, for a vehicle with this many rotors.
 
     x .. r: the state, angles of R = Rz(yaw) Ry(pitch) Rx(roll), right-handed. x_m y_m z_m: the position as measured or
-    estimated. u, tau: commanded; u_a, tau_a: produced within the rotors' limits. f: each rotor's k_f speed^2.
+    estimated. u, tau: commanded; u_a, tau_a: what the rotors' limits leave of them. f: each rotor's k_f speed^2,
+    less what a fault takes; f_whole, where rotors fail: without the fault.
     """
     return {
         "t": "s",
@@ -70,7 +71,7 @@ def airframe_columns(rotors: int) -> dict[str, str]:
         **dict.fromkeys(("tau_x", "tau_y", "tau_z"), "N m"),
         "u_a": "N",
         **dict.fromkeys(("tau_x_a", "tau_y_a", "tau_z_a"), "N m"),
-        **dict.fromkeys((f"f{i + 1}" for i in range(rotors)), "N"),
+        **dict.fromkeys((f"f{i + 1}{which}" for which in ("", "_whole")[: 1 + failing] for i in range(rotors)), "N"),
         **dict.fromkeys(("wind_x", "wind_y", "wind_z"), "m/s"),
         "voltage": "V",
         "norm_W1": "-",
@@ -82,7 +83,7 @@ def airframe_columns(rotors: int) -> dict[str, str]:
 
 def airframe_row(
     airframe: Airframe, effects: Effects, reference: Reference, state: AirframeState, measured: Measured,
-    command: Command, wind: Vector, t: Number,
+    command: Command, forces: Sequence[Number], wind: Vector, t: Number,
 ) -> list[Number]:  # fmt: skip
     """One row, in the order of `airframe_columns`, at time t [s]: the state now, the command held. wind [m/s]: world."""
     return [
@@ -100,7 +101,7 @@ def airframe_row(
         *command.torque,
         measured.thrust,
         *measured.torque,
-        *(airframe.rotor.thrust * speed * speed for speed in state.speeds),
+        *forces,
         *wind,
         voltage(airframe, state) if effects.battery else 0.0,
         *command.weight_norms,

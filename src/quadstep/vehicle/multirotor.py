@@ -74,17 +74,18 @@ class Spun(NamedTuple):
 
 @dataclass(frozen=True)
 class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrusts | RotorSpeeds]):
-    """The plant: where its rotors are, and which effects it has."""
+    """The plant: where its rotors are, which effects it has, and whether rotors fail."""
 
     geometry: Geometry
     effects: Effects
+    failing: bool = False
 
     compact: ClassVar[bool] = False
     """Written out four times: as a function it would take longer to compile and to fly."""
 
     @property
     def columns(self) -> Mapping[str, str]:
-        return airframe_columns(len(self.geometry.mounts))
+        return airframe_columns(len(self.geometry.mounts), self.failing)
 
     def body(self, p: AirframeParameters) -> Airframe:
         return p.airframe
@@ -168,7 +169,10 @@ class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrus
         reference: Reference, wind: Vector, time: Number,
     ) -> list[Number]:  # fmt: skip
         """One row of the log, in the order of `airframe_columns`."""
-        return airframe_row(p.airframe, self.effects, reference, state, told, command, wind, time)
+        whole = [p.airframe.rotor.thrust * speed * speed for speed in state.speeds]
+        shares = efficiencies(p.events, len(whole), time)
+        forces = [share * force for share, force in zip(shares, whole, strict=True)] + whole * self.failing
+        return airframe_row(p.airframe, self.effects, reference, state, told, command, forces, wind, time)
 
 
 LIVELY = 60.0
