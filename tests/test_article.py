@@ -17,6 +17,7 @@ from quadstep import fly, read_mission
 from quadstep.commands.serve import explain, link_pair
 from quadstep.control.vectoring import invert_force
 from quadstep.io.errors import UserError
+from quadstep.linear.grade import grade
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.numbers import Number, Vector
 from quadstep.page.build import fill
@@ -191,6 +192,19 @@ def test_what_raises_l_in_figure_5_is_as_the_text_says(article_file):
     assert added == pytest.approx({"coupling": 7.0, "unknown": 15.0}, abs=0.5)
     at = round(4.6 / 0.02)
     assert one["rate_unknown"][at] / rows[at, list(COLUMNS).index("norm_r2")] > 9.0, "|eps| is no less"
+
+
+def test_what_the_text_says_of_the_first_flight_and_of_doubled_gains_is_flown():
+    flight = fly(LagrangeMission.model_validate(FLIGHTS["nested"]))
+    assert flight.column("x")[-1] - flight.column("x_d")[-1] == pytest.approx(0.08, abs=0.005), "8 cm past its place"
+    slow = read_mission(ROOT / "examples" / "theorem_fails.toml")
+    alone, *nets = (
+        slow.with_(controller__K_r2=gain, controller__nets__enabled=nets)
+        for gain, nets in ((12.0, False), (12.0, True), (40.0, True))
+    )
+    assert fly(alone).metrics()["position_rmse[m]"] < 1e-3
+    assert grade(alone).why.startswith("gain margin 2.0 dB")
+    assert [fly(one).outcome.name == "COMPLETED" for one in nets] == [False, True]
 
 
 @needs(NODE)
