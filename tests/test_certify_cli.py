@@ -1,5 +1,6 @@
 """`quadstep certify`: its files, its output, its exit codes, and what it refuses."""
 
+import html
 import re
 from contextlib import nullcontext
 from pathlib import Path
@@ -7,13 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from quadstep.engines.fly import fly
 from quadstep.io import errors
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import certify_plan
 from quadstep.proofs.certify.output import record, tables
 from quadstep.proofs.certify.run import facts, figures_of
-from quadstep.proofs.certify.standing import TERMS, answer, raised, seen, work
+from quadstep.proofs.certify.standing import TERMS, TESTING, answer, kind, raised, seen, work
 from quadstep.report.drawing import FigureJob
+from quadstep.report.panel import UNJUDGED
 from tests.commands import LINE, quadstep, strict_json, write
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -43,8 +46,10 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
         "certificate.json", "certificate.png", "certificate.svg", "checks.png", "checks.svg", "metrics.json", "report.html",
     }  # fmt: skip
     found, about = (strict_json(tmp_path / "out" / name) for name in ("certificate.json", "metrics.json"))
-    assert "\nThis flight neither confirms nor refutes Theorem 5.1" in run.out
-    assert "To test it, hover with an initial yaw error, a large K_r1, no nets and no disturbance." in run.out
+    assert "\nThis flight is no test of Theorem 5.1: its conditions hold, but the error never left the ball b_r" in run.out
+    assert (
+        f"{TESTING} does test it: a hover with an initial yaw error of 0.5 rad, K_r1 = 300 N s/m, Lambda2 = 1 1/s" in run.out
+    )
     assert found["verdict"].removeprefix("untested: ") in run.out
     assert about["verdict"] == found["verdict"]
     assert found["kind"] == about["kind"] == "untested"
@@ -68,11 +73,18 @@ def test_a_diverging_flight_ends_with_3_and_keeps_its_certificate(tmp_path, undr
     assert not conditions["coupling_holds"]
     assert min(conditions["printed: K_r2 - J_M Lambda2 [N m s]"]["anywhere"]) == pytest.approx(1.0)
     assert found["looked_at_until[s]"] < found["ended[s]"] < 10.0
-    assert "although the printed conditions of Theorem 5.1 hold" in run.out
+    assert (
+        "no test of Theorem 5.1, for two reasons: a condition that its proof needs but the paper does not print is" in run.out
+    )
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert page.count('class="holds"') == 4
     (failed,) = re.findall(r"<tr><td>([^<]*)</td>(?:(?!</tr>).)*class=\"fails\"", page)
-    assert failed.startswith("coupling condition")
+    assert failed == "largest thrust that the coupling condition allows"
+    (row,) = re.findall(rf"{failed}</td><td>(.*?)</td><td>(.*?)</td><td>(.*?)</td>", page)
+    allowed = conditions["u_max_allowed[N]"]
+    assert [html.unescape(cell).replace("\u00a0", " ") for cell in row] == [
+        f"{allowed['visited']:.4g} N", f"{allowed['anywhere']:.4g} N", f"> {conditions['u_max[N]']:.4g} N, the largest flown",
+    ]  # fmt: skip
 
 
 def test_the_diverging_example_has_no_disturbance_and_no_warning(tmp_path):
@@ -139,9 +151,10 @@ def test_the_figure_takes_a_flight_of_any_length(tmp_path):
 RAISED = {"eps": "residual", "coupling": "coupling", "sampling": "sampling"}
 """The terms that raise L in both, by their names in words."""
 
+LEFT = "comes from eps (the error that even ideal weights leave)"
 SHARES = {
-    "case1": "cannot learn) contributed 95 %, sampling 5 % and the coupling that the proof omits less than 1 %.",
-    "theorem_fails": "cannot learn) contributed 80 %, the coupling that the proof omits 12 % and sampling 8 %.",
+    "case1": f"Of the 6.49 µJ added to L, 95 % {LEFT}, 5 % from sampling and less than 1 % from the omitted coupling.",
+    "theorem_fails": f"Of the 207 J added to L, 80 % {LEFT}, 12 % from the omitted coupling and 8 % from sampling.",
 }
 
 
@@ -151,23 +164,56 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     found = certify_plan(plan_mission(read_mission(path), path))
     lost, caption = name == "theorem_fails", seen(found)
     assert f"|r| never left b_r: {found.r.max():.4g} <= {found.b_r:.4g}." in caption
-    assert caption.startswith(f"In the first {found.until:.3g} s, all that is certified, |r| never") == lost
+    assert caption.startswith(f"Left: up to {found.until:.3g} s, |r| never left") == lost
+    assert ("What follows, not judged, is grey." in caption) == lost
+    (begins,) = re.findall(r"Right begins at (\S+) s, where", caption) or ["0"]
+    assert (4.0 <= float(begins) < found.until) == lost
+    assert caption.endswith(f"Too small to be drawn: {'weights' if lost else 'weights and coupling'}.")
     assert [one.log_time != lost for one in figures_of(found, name)] == [True, True]
     done = record(found)["lyapunov"]["work[J]"]
-    value, shares = found.lyapunov.value, {said: share for share, said in raised(found)}
+    value, added = found.lyapunov.value, {said: one for one, said in raised(found)}
     assert sum(done[key] for key in TERMS if key != "filtering") == pytest.approx(value[-1] - value[0], rel=1e-9)
-    whole = sum(done[key] for key in RAISED.values())
-    assert shares == pytest.approx({said: done[key] / whole for said, key in RAISED.items()})
-    assert f"Of what raised L, eps (which even ideal weights {SHARES[name]}" in answer(found)
+    assert added == pytest.approx({said: done[key] for said, key in RAISED.items()})
+    assert SHARES[name] in answer(found).replace("\u00a0", " ")
     assert ("What fails: coupling condition" in answer(found)) == lost
-    cut = (
-        f"The certificate ends at {found.until:.3g} s: from then on the law commands a thrust straight down, where phi_d jumps"
-    )
+    cut = f"The judgement stops at {found.until:.3g} s: the law then commands a thrust that swings past straight down, where"
     assert (cut in answer(found)) == lost
     assert all(len(row) == 2 for row in tables(found)[2])
     assert [one.value for one in facts(found)] == (
         ["not tested", "coupling condition", "eps", "lost"] if lost else ["not tested", "|r| <= b_r", "eps", "completed"]
     )
+
+
+def test_what_follows_the_judged_part_is_the_flights_own_error_and_is_drawn():
+    path = EXAMPLES / "theorem_fails.toml"
+    flown = plan_mission(read_mission(path), path)
+    found, log = certify_plan(flown), fly(flown._replace(ticks=flown.ticks._replace(log=flown.ticks.every[0])))
+    whole = np.hypot(log.column("norm_r1"), log.column("norm_r2"))
+    np.testing.assert_allclose(np.append(found.r, found.later), whole, rtol=1e-9)
+    assert whole[len(found.r) :].max() > found.b_r  # so that "the error never left the ball" is said of the judged part only
+    assert "up to 4.77 s it is no test" in answer(found)
+    assert f"|r| reached {whole.max():.4g}, beyond b_r = {found.b_r:.4g}." in answer(found)
+    (job, _) = figures_of(found, "lost")
+    lines = job.panels[0].lines
+    assert (len(lines["|r|"]), len(lines[UNJUDGED]), len(job.t)) == (len(found.r), len(whole), len(whole))
+    np.testing.assert_allclose(job.t, log.column("t"), rtol=1e-9, atol=1e-12)
+    assert tables(found)[1][3] == ["largest |r| later, not judged [m/s, rad/s]", f"{whole.max():.4g}", ""]
+
+
+def test_one_example_tests_the_theorem_as_the_others_say():
+    path = EXAMPLES.parent / TESTING
+    found, mission = certify_plan(plan_mission(read_mission(path), path)), read_mission(path).model_dump()
+    assert (kind(found), found.outside.sum()) == ("sign consistent", 32)
+    assert mission["start"]["attitude"] == (0.5, 0.0, 0.0)
+    law = mission["controller"]
+    assert (law["K_r1"][0], law["Lambda2"][0], law["nets"]["enabled"], mission["disturbance"]["scale"]) == (
+        300.0,
+        1.0,
+        False,
+        0.0,
+    )
+    assert "L fell at each of the 32 samples, of 2001, that lie outside the ball b_r." in answer(found)
+    assert np.abs(found.lyapunov.coupling).max() == 0.0
 
 
 def test_the_terms_and_what_sampling_adds_are_the_change_of_l_and_sampling_adds_less_at_a_shorter_period():

@@ -143,6 +143,9 @@ LINES: tuple[dict[str, Any], ...] = (
 )
 """Told apart by dashes alone; colour only helps."""
 
+PALE = {**LINES[0], "color": "0.5", "zorder": 1.9}
+"""What goes on where a line ends, and is below it before."""
+
 BAND = {**LINES[0], "alpha": 0.26, "linewidth": 4.0, "zorder": 1.9, "solid_capstyle": "butt"}
 """What is asked for, below the line of what comes of it, which it would hide."""
 

@@ -15,6 +15,7 @@ from quadstep.report.canvas import (
     BAND,
     BUCKETS,
     LINES,
+    PALE,
     SIDES,
     Typeset,
     drawing,
@@ -23,7 +24,7 @@ from quadstep.report.canvas import (
     thin,
     write,
 )
-from quadstep.report.panel import ASKED_FOR, LOG, SIGNED_LOG, STACKED, Panel, Track
+from quadstep.report.panel import ASKED_FOR, LOG, SIGNED_LOG, STACKED, UNJUDGED, Panel, Track, seen_from
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.units import label, prefixed, prose, suited
 
@@ -33,9 +34,6 @@ LONGEST_LABEL = 18
 """Letters of a quantity and its unit that are as long as a panel is high: of more, the unit has a line of its own."""
 
 FLOWN, DESIRED, TOGETHER = "flown", "desired", "sum"
-
-FAINT = 0.01
-"""Share of the highest stack below which none is seen."""
 
 NAMES = 4
 """Most names of a legend beside one another."""
@@ -73,6 +71,11 @@ def legends(panels: Sequence[Panel], rows: int) -> list[list[str]]:
     return found
 
 
+def beside(across: float, names: list[str]) -> int:
+    """Columns of a legend above axes so wide [in]; areas have wide marks."""
+    return legend_columns(across + SPARE + SIDES, names, NAMES - (TOGETHER in names))
+
+
 def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: list[str] | None = None) -> None:
     """Fill one set of axes; entries may be shorter than t (a flight that ended early). names: those of its legend."""
     lines, name = panel.lines, label(panel.label)
@@ -89,7 +92,7 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: li
     if scale == STACKED:
         drawn, lines = stack(axes, t, lines, log_time), {}
     for style, (key, values) in zip(LINES * 2, lines.items(), strict=False):
-        look = BAND if len(lines) > 1 and (key.endswith("_d") or key in ASKED_FOR) else style
+        look = BAND if len(lines) > 1 and (key.endswith("_d") or key in ASKED_FOR) else PALE if key == UNJUDGED else style
         axes.plot(*thin(t, values, log_time), label=label(key), **look)
     if log_time:
         logarithmic_time(axes, t)
@@ -104,7 +107,7 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: li
     names = legend(panel) if names is None else names
     if not names:
         return
-    ncols = legend_columns(axes.bbox.width / axes.figure.dpi + SPARE + SIDES, names, NAMES)
+    ncols = beside(axes.bbox.width / axes.figure.dpi, names)
     shown = axes.legend(
         axes.get_legend_handles_labels()[0][: len(names)], names, loc="lower left", bbox_to_anchor=(0.0, 1.0),
         borderaxespad=0.1, ncols=ncols, handlelength=2.2, columnspacing=1.2,
@@ -117,18 +120,16 @@ def stack(axes: Axes, t: Numbers, parts: dict[str, Numbers], log: bool) -> list[
     """Areas upon one another, what is positive upwards and what is negative downwards, from where they can be seen, and the
     line of their sum. Returns the extremes.
     """
-    kept = np.unique((np.geomspace if log else np.linspace)(1, len(t), BUCKETS).astype(int)) - 1
+    kept = np.unique((np.geomspace if log else np.linspace)(1, len(next(iter(parts.values()))), BUCKETS).astype(int)) - 1
     t, values = t[kept], np.array([one[kept] for one in parts.values()])
     above, below = np.maximum(values, 0.0), np.minimum(values, 0.0)
     colors = [*(style["color"] for style in LINES), "0.5"][: len(parts)]
     for side, names in ((above, map(label, parts)), (below, ())):
         axes.stackplot(t, side, labels=names, colors=colors, alpha=0.55, linewidth=0.0)
     axes.plot(t, values.sum(axis=0), color="black", linewidth=1.3, label=TOGETHER)
-    ends = [above.sum(axis=0), below.sum(axis=0)]
     if not log:
-        size = np.maximum(ends[0], -ends[1])
-        axes.set_xlim(left=t[np.argmax(size > FAINT * size.max())])
-    return ends
+        axes.set_xlim(left=t[seen_from(values)])
+    return [above.sum(axis=0), below.sum(axis=0)]
 
 
 def grid_alone(axes: Axes) -> None:
@@ -176,7 +177,7 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
     left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.75, 0.83, 0.6)
     across = (width - left - RIGHT - between * (columns - 1)) / columns
     names = legends(panels, rows)
-    high = [-(-len(one) // legend_columns(across + SPARE + SIDES, one, NAMES)) if one else 0 for one in names]
+    high = [-(-len(one) // beside(across, one)) if one else 0 for one in names]
     below = max([one for place, one in enumerate(high) if place % rows], default=0)
     more, gap = 0.15 * max(0, max(high[::rows]) - 1), 0.15 * max(0, below - 1)
     inner = (2.3 if rows == 1 else 1.25 if tight else 1.1 if below else 0.98) * rows - 0.17

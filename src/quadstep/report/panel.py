@@ -5,12 +5,25 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 LOG, SIGNED_LOG, STACKED = "log", "symlog", "stacked"
 COMMANDED, SETPOINT = "commanded", "setpoint"
 ASKED_FOR = (COMMANDED, SETPOINT)
 """Names of lines that are drawn as a band below what comes of them."""
+
+UNJUDGED = "not judged"
+"""Name of a line that is drawn in grey, below all others."""
+
+FAINT = 0.01
+"""Share of the highest stack below which none is seen."""
+
+
+def seen_from(parts: ArrayLike) -> int:
+    """The first sample at which a stack of these parts (parts, samples) can be seen."""
+    values = np.asarray(parts)
+    size = np.maximum(np.maximum(values, 0.0).sum(axis=0), np.maximum(-values, 0.0).sum(axis=0))
+    return int(np.argmax(size > FAINT * size.max()))
 
 
 class Panel(NamedTuple):

@@ -140,7 +140,8 @@ def check_plan(plan: FlightPlan) -> None:
         raise UserError(f"path: it requires {too_little(plan, demand, undefined)} at t = {t[undefined]:.4g} s{ZERO_THRUST}")
 
 
-ZERO_THRUST = ", so theta_d and phi_d are not differentiable there; the thrust must stay away from zero"
+NO_RATES = ", so theta_d and phi_d are not differentiable there"
+ZERO_THRUST = f"{NO_RATES}; the thrust must stay away from zero"
 
 
 def sideways(force: Array) -> Array:
@@ -163,8 +164,9 @@ def too_little(plan: FlightPlan, force: Array, sample: int) -> str:
     weight = plan.parameters.vehicle.mass * plan.parameters.vehicle.gravity
     part = sideways(force)[sample]
     if part >= LEAST_FORCE * weight:
-        return "a thrust straight down, where phi_d jumps by a full turn,"
-    return f"a thrust whose y-z part is {part:.3g} N, below {LEAST_FORCE:g} of the weight ({LEAST_FORCE * weight:.3g} N),"
+        return "a thrust that swings past straight down, where phi_d jumps by 360°"
+    least = f"{100.0 * LEAST_FORCE:g} % of the weight ({LEAST_FORCE * weight:.3g} N)"
+    return f"a thrust whose y-z part is {part:.3g} N, below {least}"
 
 
 def check_flight(plan: FlightPlan, h: History) -> None:
@@ -199,8 +201,8 @@ def weight_radius(weight_bound: float, residual_bound: float, kappas: tuple[floa
 class FlightCertificate(NamedTuple):
     """What Theorem 5.1 says about a flight and what the flight did.
 
-    outcome, ended [s]: of the flight; until [s]: the last sample looked at; undefined: what is commanded next, if that defines
-    no attitude. conditions, ideal, lyapunov: as in their files.
+    outcome, ended [s]: of the flight; until [s]: the last sample judged; undefined: what is commanded next, if that defines no
+    attitude; later: |r| of the samples that follow. conditions, ideal, lyapunov: as in their files.
     weight_bound: W_B; residual_bound: eps_N [N, N m]; with _plain: of least squares without a ridge.
     b_r, b_r_printed, b_w: Eqs 63 and 65, None where there is no such radius. r, missing: |r| and |W_tilde| (n,).
     entered: the first sample with |r| <= b_r, which ends the transient; None if there is none.
@@ -210,6 +212,7 @@ class FlightCertificate(NamedTuple):
     ended: float
     until: float
     undefined: str
+    later: Array
     history: History
     conditions: ConditionMargins
     ideal: IdealWeights
@@ -259,16 +262,17 @@ def certify_flight(plan: FlightPlan, log: FlightLog) -> FlightCertificate:
         raise UserError(f"the flight diverged after {len(log.rows)} control samples; certify needs {FEWEST_SAMPLES}")
     history = recall(plan, log)
     check_flight(plan, history)
-    undefined, what = first_undefined(plan, history.wanted), ""
+    undefined, what, r = first_undefined(plan, history.wanted), "", history.size
     if undefined is not None:
         what = too_little(plan, history.wanted, undefined)
         if log.outcome is Outcome.COMPLETED or undefined < FEWEST_SAMPLES:
             raise UserError(f"the controller commands {what} at t = {history.t[undefined]:.4g} s{ZERO_THRUST}")
         history = recall(plan, log._replace(rows=log.rows[:undefined]))
-    return certificate(plan, log, history, what)
+    return certificate(plan, log, history, what, r)
 
 
-def certificate(plan: FlightPlan, log: FlightLog, history: History, undefined: str) -> FlightCertificate:
+def certificate(plan: FlightPlan, log: FlightLog, history: History, undefined: str, all_r: Array) -> FlightCertificate:
+    """all_r: |r| of the whole flight, of which `history` may be the first part."""
     gains = plan.parameters.gains
     about = matrices(plan, history)
     ideal = ideal_weights(plan, history, targets(plan, history, about.inertia, about.coriolis))
@@ -278,13 +282,14 @@ def certificate(plan: FlightPlan, log: FlightLog, history: History, undefined: s
     size, error = weight_bound(ideal.fits), residual_bound(ideal.fits)
     plain_size, plain_error = weight_bound(ideal.plain), residual_bound(ideal.plain)
     b_r = error_radius(size, error, kappa, asked.k_min)
-    r = np.sqrt(np.square(lengths(history.r1)) + np.square(lengths(history.r2)))
+    r, later = np.split(all_r, [len(history.t)])
     inside = np.flatnonzero(r <= (-1.0 if b_r is None else b_r))
     return FlightCertificate(
         outcome=log.outcome,
         ended=log.ended,
         until=float(history.t[-1]),
         undefined=undefined,
+        later=later,
         history=history,
         conditions=asked,
         ideal=ideal,

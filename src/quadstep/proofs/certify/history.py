@@ -70,6 +70,11 @@ class History(NamedTuple):
     excess: Array
     mismatch: float
 
+    @property
+    def size(self) -> Array:
+        """|r|, (n,)."""
+        return np.hypot(lengths(self.r1), lengths(self.r2))
+
 
 def recall(plan: FlightPlan, log: FlightLog) -> History:
     """The history of a flight under the paper's law, logged at every control sample."""

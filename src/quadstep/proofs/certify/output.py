@@ -9,7 +9,7 @@ from quadstep.metrics.statistics import finite
 from quadstep.proofs.certify.certificate import FlightCertificate
 from quadstep.proofs.certify.standing import TERMS, answer, kind, work
 from quadstep.proofs.plain import Mask, lengths
-from quadstep.report import markup
+from quadstep.report import markup, units
 
 
 def share(condition: Mask) -> float | None:
@@ -113,8 +113,14 @@ def record(c: FlightCertificate) -> dict[str, Any]:
     }
 
 
-def brief(value: float | None) -> str:
-    return "–" if value is None else f"{value:.4g}"
+def brief(value: float | None, unit: str = "") -> str:
+    return "–" if value is None else f"{value:.4g} {unit}".rstrip()
+
+
+def joules(value: float, most: float) -> str:
+    """In the unit that suits the largest value of its table."""
+    unit, factor = units.handy("J", most)
+    return f"{factor * value + 0.0:.4g} {unit}"
 
 
 def mark(here: float, anywhere: float = np.inf) -> tuple[str, str]:
@@ -133,29 +139,33 @@ def tables(c: FlightCertificate) -> tuple[list[list[markup.Cell]], list[list[str
     plain, work, fell = nets["least_squares"], rate["work[J]"], rate["share_falling_outside_b_r"]
     ends = "never" if c.entered is None else f"{brief(flight['transient_ends[s]'])} s" if c.entered else "at the start"
     ridges = " and ".join("infinite" if ridge is None else f"{ridge:g}" for ridge in nets["ridges"])
-    least, allowed = brief(min(k.printed_visited)), f"> {k.thrust:.4g} N, as flown"
+    until = f" up to {c.until:.3g} s" if len(c.later) else ""
+    printed, corrected = min(k.printed_anywhere), min(k.corrected_anywhere)
     conditions: list[list[markup.Cell]] = [
-        ["K_r1 - m Lambda1, smallest", brief(k.k_1), "", "> 0", mark(k.k_1)],
-        ["K_r2 - J_M Lambda2, smallest, as printed", least, brief(min(k.printed_anywhere)), "> 0",
-         mark(min(k.printed_visited), min(k.printed_anywhere))],
-        ["K_r2 - J_M max(Lambda2), smallest, corrected", brief(k.k_2), brief(min(k.corrected_anywhere)), "> 0",
-         mark(k.k_2, min(k.corrected_anywhere))],
-        ["coupling condition, not in the theorem: largest thrust", f"{brief(k.thrust_bound)} N",
-         f"{brief(k.thrust_bound_anywhere)} N", allowed,
+        ["smallest K_r1 - m Lambda1", brief(k.k_1, "N s/m"), "", "> 0", mark(k.k_1)],
+        ["smallest K_r2 - J_M Lambda2, as printed", brief(min(k.printed_visited), "N m s"), brief(printed, "N m s"), "> 0",
+         mark(min(k.printed_visited), printed)],
+        ["smallest K_r2 - J_M max(Lambda2), as corrected", brief(k.k_2, "N m s"), brief(corrected, "N m s"), "> 0",
+         mark(k.k_2, corrected)],
+        ["largest thrust that the coupling condition allows", brief(k.thrust_bound, "N"), brief(k.thrust_bound_anywhere, "N"),
+         f"> {k.thrust:.4g} N, the largest flown",
          mark((k.thrust_bound or 0.0) - k.thrust, (k.thrust_bound_anywhere or 0.0) - k.thrust)],
-        ["J_M, largest eigenvalue of J", f"{k.j_visited:.4g} kg m^2", f"{k.j_anywhere:.4g} kg m^2", "", ""],
-        ["K_min, smallest eigenvalue of K_v", brief(k.k_min), "", "> 0", mark(k.k_min)],
+        ["J_M, largest eigenvalue of J", brief(k.j_visited, "kg m^2"), brief(k.j_anywhere, "kg m^2"), "", ""],
+        ["K_min, smallest eigenvalue of K_v", brief(k.k_min, "N s/m" if k.k_1 < k.k_2 else "N m s"), "", "> 0", mark(k.k_min)],
     ]  # fmt: skip
     ball = [
-        ["W_B of the ideal weights", brief(c.weight_bound), ""],
-        ["eps_N of the ideal weights", brief(c.residual_bound), ""],
-        ["largest |r|", brief(flight["largest_r"]), f"b_r = {brief(c.b_r)}"],
-        ["largest |r| after the transient", brief(flight["largest_r_after_transient"]), f"b_r = {brief(c.b_r)}"],
+        ["W_B of the ideal weights [N, N m]", brief(c.weight_bound), ""],
+        ["eps_N of the ideal weights [N, N m]", brief(c.residual_bound), ""],
+        [f"largest |r|{until} [m/s, rad/s]", brief(flight["largest_r"]), f"b_r = {brief(c.b_r)}"],
+        *([["largest |r| later, not judged [m/s, rad/s]", brief(c.later.max()), ""]] if len(c.later) else []),
         ["end of the transient, the first |r| <= b_r", ends, ""],
-        ["largest |W_tilde|", brief(flight["largest_W_tilde"]), f"b_w = {brief(c.b_w)}"],
+        *([["largest |r| after the transient [m/s, rad/s]", brief(flight["largest_r_after_transient"]),
+           f"b_r = {brief(c.b_r)}"]]
+          if c.entered else []),
+        ["largest |W_tilde| [N, N m]", brief(flight["largest_W_tilde"]), f"b_w = {brief(c.b_w)}"],
         ["samples outside b_r", f"{rate['samples_outside_b_r']} of {len(c.r)}", ""],
         *([["L_dot < 0 on these", f"{100.0 * fell:.4g} %", "100 %"]] if fell is not None else []),
-        *([f"L, {when}", f"{rate[key]:.4g} J", ""]
+        *([f"L, {when}", joules(rate[key], rate["largest[J]"]), ""]
           for when, key in (("at first", "first[J]"), ("largest", "largest[J]"), ("at the end", "last[J]"))),
     ]  # fmt: skip
     checks = [
@@ -165,7 +175,8 @@ def tables(c: FlightCertificate) -> tuple[list[list[markup.Cell]], list[list[str
         ["W_B by least squares, without a ridge", brief(plain["W_B"])],
         ["eps_N by least squares", brief(plain["eps_N"])],
         ["b_r by least squares", brief(plain["b_r"])],
-        *([f"work on L of {said}", f"{work[name]:.3g} J"] for name, (said, _) in TERMS.items()),
+        *([f"added to L by {said}", joules(work[name], rate["largest[J]"])] for name, (said, _) in TERMS.items()),
+        ["together, without that part: the change of L", joules(rate["last[J]"] - rate["first[J]"], rate["largest[J]"])],
         ["L_dot, formula against plant: largest difference, as a share of the largest", brief(rate["formula_less_plant"])],
         ["L_dot, formula against differences of L: rms, as a share of the rms", brief(rate["formula_less_differenced_rms"])],
         ["coupling |r1| |delta| / K_min |r|^2, ratio of means", brief(coupling["ratio_in_the_mean"])],

@@ -13,12 +13,12 @@ from quadstep.metrics.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
 from quadstep.proofs.certify.output import record, tables
-from quadstep.proofs.certify.standing import about, answer, checked, decision, kind, parts, raised, seen
+from quadstep.proofs.certify.standing import answer, checked, decision, kind, raised, seen, visible
 from quadstep.proofs.plain import Array, lengths
-from quadstep.report import markup
+from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, TableSection
-from quadstep.report.panel import LOG, SIGNED_LOG, STACKED, Panel
+from quadstep.report.panel import LOG, SIGNED_LOG, STACKED, UNJUDGED, Panel
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing, write_json
 from quadstep.report.sheet import Sheet
@@ -47,9 +47,9 @@ def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | No
     return found
 
 
-def bounded(name: str, values: Array, bound: str, radius: float | None) -> Panel:
-    """A line and the radius it is held against."""
-    lines = {name: values}
+def bounded(name: str, values: Array, bound: str, radius: float | None, later: Array) -> Panel:
+    """A line and the radius it is held against. later: how it goes on, if it does."""
+    lines = {name: values, **({UNJUDGED: np.append(values, later)} if len(later) else {})}
     if radius is not None:
         lines[f"{bound} = {radius:.3g}"] = np.full(len(values), radius)
     return Panel(name, "-" if name != "|r|" else "m/s, rad/s", lines, LOG)
@@ -64,16 +64,17 @@ def figures_of(c: FlightCertificate, name: str) -> list[FigureJob]:
     """
     h = c.history
     damping = max(c.conditions.k_min, 0.0) * np.square(c.r)
-    first = [bounded("|r|", c.r, "b_r", c.b_r), Panel("added to L", "J", parts(c), STACKED)]
+    first = [bounded("|r|", c.r, "b_r", c.b_r, c.later), Panel("added to L", "J", visible(c), STACKED)]
     checks = [
         Panel("L", "J", {"L": c.lyapunov.value, "errors": c.lyapunov.of_errors, "integrals": c.lyapunov.of_integrals,
                          "weights": c.lyapunov.of_weights}, LOG),
         Panel("L_dot", "W", {"formula": c.lyapunov.rate, "differences of L": c.lyapunov.differenced}, SIGNED_LOG),
-        bounded("|W_tilde|", c.missing, "b_w", c.b_w),
+        bounded("|W_tilde|", c.missing, "b_w", c.b_w, c.later[:0]),
         Panel("coupling", "W", {"|r1| |delta|": lengths(h.r1) * lengths(h.delta), "K_min |r|^2": damping}, LOG),
     ]  # fmt: skip
     title, log_time = f"{name}: Theorem 5.1 on this flight", c.outcome is Outcome.COMPLETED
-    return [FigureJob(file, title, h.t, panels, 2, log_time) for file, panels in ((NAME, first), (CHECKS, checks))]
+    t = np.append(h.t, h.t[-1] + h.period * np.arange(1, len(c.later) + 1))
+    return [FigureJob(file, title, t, panels, 2, log_time) for file, panels in ((NAME, first), (CHECKS, checks))]
 
 
 def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, object]) -> Evidence:
@@ -90,11 +91,8 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
         figures=[Figure(NAME, f"{seen(c)}{'' if lost else ' Time is logarithmic.'}")],
         sections=[
             TableSection("Conditions", "conditions", CONDITIONS, conditions, shown=name),
-            TableSection("Ball", "ball", ("", "measured", "bound"), ball, shown="The ball"),
-            markup.note(
-                "Symbols are the paper's; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."
-            ),
-            TableSection("Checks", CHECKS, ("", "value"), checks, shown="Checks"),
+            TableSection("Ball", "ball", ("", "measured", "bound"), ball, BALL, shown="The ball"),
+            TableSection("Checks", CHECKS, ("", "value"), checks, CHECKED, shown="Checks"),
             Figure(CHECKS, f"{checked(c)} Axes are logarithmic, those of rates on both sides of zero."),
         ],
         cases=(Case("completed", lost),),
@@ -103,6 +101,16 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
 
 
 CONDITIONS = ("", "on this flight", "at any attitude", "must be", "")
+BALL = (
+    "L (Eq. 55) joins all errors in one energy: the filtered errors r = (r_1, r_2), their integrals, and what the weights of "
+    "the nets lack of ideal ones. Theorem 5.1 promises that L falls while |r| > b_r = (kappa W_B^2 / 4 + eps_N) / K_min. Here "
+    "eps_N is the largest error that even ideal weights leave, and W_B their size. As in the paper, |r| mixes m/s and rad/s."
+)
+CHECKED = (
+    "What the terms of L_dot added to L makes up its change. L_dot is also computed from the plant's accelerations and from "
+    "differences of L, and the shares by which these disagree should be small. All numbers are in certificate.json."
+)
+"""What the rows of the tables are about."""
 
 
 def facts(c: FlightCertificate) -> list[markup.Fact]:
@@ -110,6 +118,6 @@ def facts(c: FlightCertificate) -> list[markup.Fact]:
     return [
         markup.Fact("Theorem 5.1, by this flight", said),
         markup.Fact("decided by", by, numbers),
-        *(markup.Fact("raised L most", term, f"{about(share)} of what raised it") for share, term in raised(c)[:1]),
+        *(markup.Fact("added most to L", term, units.quantity(work, "J")) for work, term in raised(c)[:1]),
         markup.Fact("the flight", "completed" if c.outcome is Outcome.COMPLETED else "lost", f"at {c.ended:.4g} s"),
     ]

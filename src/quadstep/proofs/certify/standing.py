@@ -5,9 +5,10 @@ import re
 import numpy as np
 
 from quadstep.interfaces.closed_loop import Outcome
-from quadstep.proofs.certify.certificate import FlightCertificate
+from quadstep.proofs.certify.certificate import NO_RATES, FlightCertificate
 from quadstep.proofs.plain import Array, Mask
 from quadstep.report import units
+from quadstep.report.panel import FAINT, seen_from
 
 
 def kind(c: FlightCertificate) -> str:
@@ -57,14 +58,22 @@ def of_ball(c: FlightCertificate) -> str:
     return f"{came}, left it again at {time[left[0]]:.4g} s up to {most:.4g} and {last}"
 
 
-INSIDE = "the error never left the ball outside which L should fall"
+INSIDE = "the error never left the ball b_r, outside which L should fall"
+
+TESTING = "examples/theorem_tested.toml"
+"""A mission whose flight tests the theorem, and what it is."""
+
+TESTS_IT = (
+    f"{TESTING} does test it: a hover with an initial yaw error of 0.5 rad, K_r1 = 300 N s/m, Lambda2 = 1 1/s, no nets and no "
+    "disturbance"
+)
 
 ANSWERS = {
-    "conditions broken": "does not test Theorem 5.1: conditions that its proof needs do not hold",
-    "untested": f"neither confirms nor refutes Theorem 5.1: its conditions hold, and {INSIDE}",
-    "sign consistent": "agrees with Theorem 5.1: its conditions hold, and L fell at every sample where it should",
-    "rising between samples": "neither confirms nor refutes Theorem 5.1: its conditions hold, and L_dot is negative wherever "
-    "it should be, but a command is held for a control period, in which the error can leap over the ball",
+    "conditions broken": "is no test of Theorem 5.1",
+    "untested": f"is no test of Theorem 5.1: its conditions hold, but {INSIDE}",
+    "sign consistent": "agrees with Theorem 5.1: its conditions hold, and L fell at each",
+    "rising between samples": "leaves Theorem 5.1 undecided: its conditions hold, and L_dot is negative wherever it should "
+    "be, but a command is held for a control period, in which the error can leap over the ball",
     "contradicted": "contradicts Theorem 5.1: its printed conditions hold, yet L rose where it should fall",
 }
 """What a flight says of the theorem."""
@@ -72,23 +81,27 @@ ANSWERS = {
 
 def answer(c: FlightCertificate) -> str:
     """What a reader wants to know first, in a sentence, and what decides it."""
-    what, broken, lost = standing(c), c.conditions.broken(), kind(c) == "lost"
+    what, broken, lost, inside = standing(c), c.conditions.broken(), kind(c) == "lost", c.b_r and not c.outside.any()
+    unprinted = " but the paper does not print" * c.conditions.printed_hold
+    needed = (
+        f"a condition that its proof needs{unprinted} is"
+        if len(broken) == 1
+        else f"conditions that its proof needs{unprinted} are"
+    )
     more = {
-        "conditions broken": f"; besides, {INSIDE}" * (c.b_r is not None and not c.outside.any()),
-        "untested": ". To test it, hover with an initial yaw error, a large K_r1, no nets and no disturbance" * (not lost),
-        "sign consistent": f" ({c.outside.sum()} of {len(c.outside)})",
+        "conditions broken": f"{', for two reasons' * bool(inside)}: {needed} violated{f', and {INSIDE}' if inside else ''}",
+        "untested": f". {TESTS_IT}" * (not lost),
+        "sign consistent": f" of the {c.outside.sum()} samples, of {len(c.outside)}, that lie outside the ball b_r",
         "rising between samples": f": {rises(c)}",
         "contradicted": f". At {contradicting(c).sum()} of the {c.outside.sum()} samples outside the ball b_r, L_dot was not "
         f"negative, mostly because of {TERMS[culprit(c)][1]}",
     }
-    began = "This flight"
-    if lost:
-        although = " although the printed conditions of Theorem 5.1 hold" * c.conditions.printed_hold
-        began = f"The flight was lost at {c.ended:.4g} s{although}. In the first {c.until:.3g} s it"
+    began = f"The flight was lost at {c.ended:.4g} s; up to {c.until:.3g} s it" if lost else "This flight"
     said = [f"{began} {ANSWERS[what]}{more[what]}.", f"What fails: {'; '.join(broken)}." if broken else "", raised_by(c)]
-    if c.undefined:  # why it is certified up to some time only
-        then = f"from then on the law commands {c.undefined.rstrip(',')}, and the angles that it asks for have no rates"
-        said.append(f"The certificate ends at {c.until:.3g} s: {then}.")
+    if c.undefined:
+        beyond = f", beyond b_r = {c.b_r:.4g}" if c.b_r and c.later.max() > c.b_r else ""
+        said.append(f"The judgement stops at {c.until:.3g} s: the law then commands {c.undefined}{NO_RATES}.")
+        said.append(f"In the rest of the flight, grey in the figure, |r| reached {c.later.max():.4g}{beyond}.")
     return " ".join(filter(None, said))
 
 
@@ -121,11 +134,11 @@ def rises(c: FlightCertificate) -> str:
 
 TERMS = {
     "dissipation": ("damping K_v", "the damping K_v"),
-    "residual": ("eps", "eps (which even ideal weights cannot learn)"),
+    "residual": ("eps", "eps (the error that even ideal weights leave)"),
     "learning": ("weights", "the weights of the nets"),
-    "coupling": ("coupling", "the coupling that the proof omits"),
+    "coupling": ("coupling", "the omitted coupling"),
+    "filtering": ("the command filter's lag, a part of the coupling", ""),
     "sampling": ("sampling", "sampling"),
-    "filtering": ("the command filter", "the command filter"),
 }
 """The terms of L_dot, as tables and figures say them, and in a sentence; `filtering` is a part of `coupling`."""
 
@@ -147,9 +160,8 @@ def parts(c: FlightCertificate) -> dict[str, Array]:
 
 
 def raised(c: FlightCertificate) -> list[tuple[float, str]]:
-    """The terms that raised L over the flight: share of what all of them added, and term, the largest first."""
-    added = {said: float(values[-1]) for said, values in parts(c).items() if values[-1] > 0.0}
-    return sorted(((one / sum(added.values()), said) for said, one in added.items()), reverse=True)
+    """The terms that raised L over the flight: work [J] and term, the largest first."""
+    return sorted(((float(values[-1]), said) for said, values in parts(c).items() if values[-1] > 0.0), reverse=True)
 
 
 def about(share: float) -> str:
@@ -159,25 +171,42 @@ def about(share: float) -> str:
 
 def raised_by(c: FlightCertificate) -> str:
     """The same in a sentence."""
-    meant = dict(TERMS.values())
-    found = [f"{meant[said]}{' contributed' * (not at)} {about(share)}" for at, (share, said) in enumerate(raised(c))]
-    return f"Of what raised L, {units.listed(found)}." if found else "No term raised L over the flight."
+    meant, found = dict(TERMS.values()), raised(c)
+    whole = sum(one for one, _ in found)
+    said = [f"{about(one / whole)}{' comes' * (not at)} from {meant[term]}" for at, (one, term) in enumerate(found)]
+    return (
+        f"Of the {units.quantity(whole, 'J')} added to L, {units.listed(said)}."
+        if said
+        else "No term raised L over the flight."
+    )
 
 
 def seen(c: FlightCertificate) -> str:
     """What the figure shows of this flight, in sentences."""
-    until = "" if c.outcome is Outcome.COMPLETED else f"In the first {c.until:.3g} s, all that is certified, "
+    every, shown = parts(c), visible(c)
+    left, rest = ("", "") if not len(c.later) else (f"up to {c.until:.3g} s, ", " What follows, not judged, is grey.")
+    begins = c.history.t[seen_from([*shown.values()])]
+    late = "" if c.outcome is Outcome.COMPLETED or not begins else f" begins at {begins:.2g} s, where areas can first be seen"
+    faint = [name for name in every if name not in shown]
     return (
-        f"{until}{of_ball(c)}. Theorem 5.1 promises only that L falls outside the ball b_r. "
-        "Areas: what each term of L_dot has added to L by then, or taken from it; sampling is the remainder, since "
-        "commands are held between samples. Line: their sum, by which L has changed since the start."
+        f"Left: {left}{of_ball(c)}.{rest} Theorem 5.1 promises only that L falls outside the ball b_r. Right{late}: "
+        "what each term of L_dot has added to L by then, or taken from it, as areas; sampling is the remainder, since "
+        "commands are held between samples. The line is their sum, by which L has changed since the start."
+        f"{f' Too small to be drawn: {units.listed(faint)}.' if faint else ''}"
     )
+
+
+def visible(c: FlightCertificate) -> dict[str, Array]:
+    """The `parts` that are large enough to be drawn."""
+    size = {name: np.abs(values).max() for name, values in parts(c).items()}
+    return {name: values for name, values in parts(c).items() if size[name] > FAINT * max(size.values())}
 
 
 def checked(c: FlightCertificate) -> str:
     """What the figure of the checks shows."""
     value, ratio = c.lyapunov.value, c.coupling_ratio
-    went = f"L goes from {value[0]:.3g} J to {value[-1]:.3g} J; its largest value is {value.max():.3g} J."
+    first, last, most = (units.quantity(float(one), "J") for one in (value[0], value[-1], value.max()))
+    went = f"L goes from {first} to {last}; its largest value is {most}."
     if not len(ratio):
         return went
     above = f"{100.0 * np.mean(ratio > 1.0):.3g} % of samples"
