@@ -55,7 +55,7 @@ def size(reach: float) -> str:
 def table() -> str:
     """The presets side by side, Markdown."""
     head = (
-        "| preset | mass [kg] | inertia [kg m²] | centre to rotor [m] | thrust-to-weight ratio | rotor lag [s] | drag at 5 m/s [N] |"
+        "| preset | mass [kg] | inertia [kg m²] | centre to rotor [m] | thrust-to-weight | rotor lag [s] | drag at 5 m/s [N] |"
     )
     rows = [head, "|---|---|---|---|---|---|---|"]
     for name in preset_names():
