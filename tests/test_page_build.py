@@ -70,7 +70,7 @@ def test_every_claim_says_where_to_look_and_each_flight_which_claims(paper_text)
     data = data_of(paper_text)
     flights = {flight["id"]: flight for flight in data["flights"]}
     assert len(data["claims"]) == 17
-    assert {claim["verdict"] for claim in data["claims"]} == {"holds", "fails", "open"}
+    assert {claim["verdict"] for claim in data["claims"]} == {"holds", "fails", "undecided"}
     for number, claim in enumerate(data["claims"]):
         assert claim["flights"] and claim["panels"] and claim["look"] and claim["measured"]
         for flight in claim["flights"]:
@@ -101,7 +101,7 @@ def test_a_hostile_name_is_only_a_name(tmp_path):
 
 
 def test_hostile_claims_and_links_are_only_text():
-    claim = ClaimView(HOSTILE, HOSTILE, HOSTILE, "open", HOSTILE, (), HOSTILE, ())
+    claim = ClaimView(HOSTILE, HOSTILE, HOSTILE, "undecided", (), HOSTILE, ())
     text = build_page(HOSTILE, HOSTILE, [], [claim])
     assert text.count("<script") == 2
     assert data_of(text)["claims"][0]["sentence"] == HOSTILE

@@ -253,8 +253,7 @@ export interface Claim {
   readonly name: string;
   readonly sentence: string;
   readonly measured: string;
-  readonly verdict: "holds" | "fails" | "open";
-  readonly verdictText: string;
+  readonly verdict: "holds" | "fails" | "undecided";
   readonly flights: readonly string[];
   readonly look: string;
   readonly panels: readonly string[];

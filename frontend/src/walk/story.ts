@@ -5,7 +5,7 @@ import type { Shown } from "../session";
 import { fill, h } from "../view/dom";
 import { closed, prose, rich, sentence } from "../view/notation";
 
-const VERDICTS = { holds: "Holds", fails: "Fails", open: "Open" } as const;
+const VERDICTS = { holds: "Holds", fails: "Fails", undecided: "Undecided" } as const;
 
 /** host: of what it is; claimed: of what is claimed of it. look: bring plots forward. */
 export function story(host: HTMLElement, claimed: HTMLElement, page: PageData, shown: Shown, look: (panels: readonly string[]) => void): void {
@@ -31,7 +31,7 @@ export function story(host: HTMLElement, claimed: HTMLElement, page: PageData, s
 const stale = (): HTMLElement => h("p", { class: "stale-note" }, "You changed the settings; the text below still describes the original flight.");
 
 function card(claim: Claim, open: boolean, look: (panels: readonly string[]) => void): HTMLElement {
-  const verdict = h("span", { class: `verdict ${claim.verdict}`, title: claim.verdictText }, VERDICTS[claim.verdict]);
+  const verdict = h("span", { class: `verdict ${claim.verdict}` }, VERDICTS[claim.verdict]);
   const button = h("button", { type: "button", class: "look" }, ...rich(claim.look || "Show me where to look"));
   button.addEventListener("click", () => look(claim.panels));
   return h(

@@ -6,7 +6,8 @@ import { field } from "./field";
 import { MARKS, graveness } from "../summary/grade";
 import { fill, h } from "../view/dom";
 
-const GLYPHS = { holds: "✓", fails: "✕", open: "?" } as const;
+const GLYPHS = { holds: "✓", fails: "✕", undecided: "?" } as const;
+const WORDS = { holds: "its claim holds", fails: "its claim fails", undecided: "its claim is undecided" } as const;
 
 export class Strip {
   private readonly buttons = new Map<string, HTMLButtonElement>();
@@ -32,6 +33,7 @@ export class Strip {
   private button(flight: FlightData, session: Session): HTMLButtonElement {
     const verdicts = flight.claims.flatMap((index) => session.page.claims[index]?.verdict ?? []);
     const holding = verdicts.filter((verdict) => verdict === "holds").length;
+    const said = verdicts.length > 1 ? `${holding} of ${verdicts.length} claims ${holding === 1 ? "holds" : "hold"}` : verdicts.length ? WORDS[verdicts[0]!] : "";
     const { reasons } = flight.outcome;
     const grade = graveness(flight.outcome);
     const state = [grade, ...reasons].join(" ");
@@ -41,7 +43,7 @@ export class Strip {
       h("span", { class: `dot ${MARKS[grade].kind}`, "aria-hidden": "true" }),
       h("span", { class: "name" }, flight.name),
       h("span", { class: "unseen" }, `, ${state}`),
-      verdicts.length ? h("span", { class: "verdict", title: `${holding} of ${verdicts.length} claims hold` }, h("span", { "aria-hidden": "true" }, verdicts.length > 1 ? `${holding}/${verdicts.length}` : GLYPHS[verdicts[0]!]), h("span", { class: "unseen" }, `, ${holding} of ${verdicts.length} claims hold`)) : null,
+      verdicts.length ? h("span", { class: "verdict", title: said }, h("span", { "aria-hidden": "true" }, verdicts.length > 1 ? `${holding}/${verdicts.length}` : GLYPHS[verdicts[0]!]), h("span", { class: "unseen" }, `, ${said}`)) : null,
     );
     button.addEventListener("click", () => session.select(flight.id));
     return button;
@@ -61,14 +63,13 @@ export class Strip {
 /** What the marks mean, as far as they occur. */
 function key({ flights, claims }: PageData): HTMLElement | null {
   const grades = (Object.keys(MARKS) as (keyof typeof MARKS)[]).filter((grade) => flights.some(({ outcome }) => graveness(outcome) === grade));
-  const judged = flights.some((flight) => flight.claims.length > 0) ? (["holds", "fails", "open"] as const) : [];
-  const words = { holds: "its claim holds", fails: "fails", open: "cannot be decided" };
+  const judged = flights.some((flight) => flight.claims.length > 0) ? (["holds", "fails", "undecided"] as const) : [];
   if (grades.length < 2 && !judged.length) return null;
   return h(
     "p",
     { class: "key-line" },
     ...grades.map((grade) => h("span", {}, h("span", { class: `dot ${MARKS[grade].kind}`, "aria-hidden": "true" }), grade)),
-    ...judged.filter((verdict) => claims.some((claim) => claim.verdict === verdict)).map((verdict) => h("span", {}, `${GLYPHS[verdict]} ${words[verdict]}`)),
+    ...judged.filter((verdict) => claims.some((claim) => claim.verdict === verdict)).map((verdict) => h("span", {}, `${GLYPHS[verdict]} ${WORDS[verdict]}`)),
     judged.length ? h("span", {}, "6/8: claims that hold, of those about the flight") : null,
   );
 }

@@ -39,8 +39,8 @@ def reproduce(
     from quadstep.studies.paper.reproduce import reproduce as run
 
     claims = run(out, engine, overwrite, drawing.sheet())
-    rows = [(typeset(claim.name), typeset(claim.measured), claim.verdict) for claim in claims]
-    show_table("Section 6 of the paper, claim by claim", ("claim", "measured", "verdict"), rows)
+    rows = [(typeset(claim.name), claim.case, typeset(claim.measured), claim.verdict) for claim in claims]
+    show_table("Section 6 of the paper, claim by claim", ("claim", "flights", "measured", "verdict"), rows)
     say(answer(claims))
     say_whole(f"Report: {out / 'report.html'}")
 

@@ -219,7 +219,6 @@ class ClaimView(NamedTuple):
     sentence: str
     measured: str
     verdict: str
-    verdictText: str  # noqa: N815
     flights: tuple[str, ...]
     look: str
     panels: tuple[str, ...]

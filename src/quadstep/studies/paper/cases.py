@@ -2,7 +2,7 @@
 the cases, metrics of everything else.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from enum import StrEnum
 from typing import Any, NamedTuple
 
@@ -34,6 +34,8 @@ CASE_3_STARTS: dict[str, dict[str, Any]] = {
     "off and tilted (Case 3)": CASE_3_START,
     "5 m off in x and y": {"position": [5.0, -5.0, 0.0]},
 }
+
+NETS_OFF = "adaptive, nets off"
 
 NESTED_GAINS: dict[str, dict[str, object]] = {
     "a_z = (3, 0.5)": {"a_z": [3.0, 0.5]},
@@ -118,7 +120,8 @@ def neuron_flights() -> dict[tuple[str, int, int], LagrangeMission]:
 
 def start_flights() -> dict[tuple[str, str], LagrangeMission]:
     """Case 3 from several starts, by start and controller."""
-    controllers = {"adaptive": adaptive(), **{f"nested, {name}": nested(**gains) for name, gains in NESTED_GAINS.items()}}
+    controllers = {"adaptive": adaptive(), NETS_OFF: adaptive(enabled=False)}
+    controllers |= {f"nested, {name}": nested(**gains) for name, gains in NESTED_GAINS.items()}
     return {
         (where, name): case_3(controller, start)
         for where, start in CASE_3_STARTS.items()
@@ -141,13 +144,16 @@ class ClaimVerdict(StrEnum):
 
     HOLDS = "holds"
     FAILS = "fails"
-    UNDECIDED = "undecidable from the paper"
+    UNDECIDED = "undecided"
 
 
 class Claim(NamedTuple):
-    """A claim. name: short. sentence: the paper's. measured: one line with numbers. values: the same for machines."""
+    """A claim. name: short. case: what was flown. sentence: the paper's. measured: one line with numbers. values: the same
+    for machines.
+    """
 
     name: str
+    case: str
     sentence: str
     measured: str
     verdict: ClaimVerdict
@@ -157,6 +163,12 @@ class Claim(NamedTuple):
 def judge(holds: bool) -> ClaimVerdict:
     """The verdict for a condition: holds or fails."""
     return ClaimVerdict.HOLDS if holds else ClaimVerdict.FAILS
+
+
+def judge_all(answers: Iterable[bool | None]) -> ClaimVerdict:
+    """The verdict where the paper leaves the flight open: what all flights that differ (None: they do not) say."""
+    said = {answer for answer in answers if answer is not None}
+    return judge(said.pop()) if len(said) == 1 else ClaimVerdict.UNDECIDED
 
 
 Logs = dict[str, FlightLog]

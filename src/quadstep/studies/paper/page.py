@@ -29,12 +29,11 @@ from quadstep.studies.paper.cases import (
     plan_study,
     stress_flights,
 )
-from quadstep.studies.paper.claims import Claim, ClaimVerdict, answer, check_claims
+from quadstep.studies.paper.claims import Claim, answer, check_claims
 
 TITLE = "Das, Lewis and Subbarao (2009), re-flown"
 PAPER = "“Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics”."
 CASES, VARIANTS, STRESS = "The paper's cases", "Without nets", "Stress flights"
-VERDICTS = {ClaimVerdict.HOLDS: "holds", ClaimVerdict.FAILS: "fails", ClaimVerdict.UNDECIDED: "open"}
 
 NOTES = {
     "case1": "To (20, 5, 10) m in 40 s. The disturbance stays below 0.0003 N, too little to test the nets: raise it, or "
@@ -93,10 +92,7 @@ LOOKS = {
 
 def view(claim: Claim) -> ClaimView:
     look = LOOKS.get(claim.name, Spot((), (), ""))
-    verdict = VERDICTS[claim.verdict]
-    return ClaimView(
-        claim.name, claim.sentence, claim.measured, verdict, str(claim.verdict), look.flights, look.sentence, look.panels
-    )
+    return ClaimView(claim.name, claim.sentence, claim.measured, claim.verdict, look.flights, look.sentence, look.panels)
 
 
 def paper_page(

@@ -48,8 +48,8 @@ from quadstep.studies.paper.cases import (
     main_cases,
     plan_study,
 )
-from quadstep.studies.paper.claims import Claim, ClaimVerdict, answer, check_claims
-from quadstep.studies.paper.page import VERDICTS, write_paper_page
+from quadstep.studies.paper.claims import RULE, Claim, ClaimVerdict, answer, check_claims
+from quadstep.studies.paper.page import write_paper_page
 from quadstep.world.paths import MinimumJerk, MinimumJerkParameters
 
 CAPTIONS = {
@@ -291,7 +291,7 @@ def facts(study: PaperStudy, claims: list[Claim]) -> list[markup.Fact]:
 
 def to_claims(claims: Sequence[Claim]) -> Iterator[str]:
     """Links to the claims that do not hold."""
-    for verdict, said in ((ClaimVerdict.FAILS, "fail"), (ClaimVerdict.UNDECIDED, "cannot be decided")):
+    for verdict, said in ((ClaimVerdict.FAILS, "fail"), (ClaimVerdict.UNDECIDED, "are undecided")):
         found = [(f"#{anchor(place)}", claim.name) for place, claim in enumerate(claims) if claim.verdict is verdict]
         if found:
             yield markup.links(found, f"{len(found)} {said if len(found) > 1 else said.replace('fail', 'fails')}:")
@@ -339,7 +339,7 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
     starts = compared[0].values["by_start"]
     start_rows = [[start, *(claim.values["by_start"][start] for claim in compared)] for start in starts]
     figures = {n: Figure(figure_name(n), f"Fig. {n}: {caption}. {to_see(n, claims)}") for n, caption in CAPTIONS.items()}
-    judged = [(c.name, briefly(c.measured), (c.verdict, VERDICTS[c.verdict])) for c in claims]
+    judged = [(c.name, c.case, briefly(c.measured), (c.verdict, c.verdict)) for c in claims]
     in_full = markup.table(("claim", "the paper's sentence", "measured"), [(c.name, c.sentence, c.measured) for c in claims])
     return Evidence(
         name="The paper, flown and judged",
@@ -354,7 +354,8 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
             TableSection(text=SOURCES),
             markup.links([("page.html", "Fly these flights in your browser")]) if flying else "",
             markup.heading("The paper's claims and the measurements", "claims"),
-            markup.table(("claim", "measured", "verdict"), judged, anchors=[*map(anchor, range(len(claims)))]),
+            markup.table(("claim", "flights", "measured", "verdict"), judged, anchors=[*map(anchor, range(len(claims)))]),
+            TableSection(text=RULE),
             markup.disclosure("The paper's sentences, and all that was measured", in_full),
             markup.heading("The paper's other figures, flown again", "figures"),
             *(figure for number, figure in figures.items() if number != GLANCE),
