@@ -188,7 +188,7 @@ def test_a_mistake_in_a_campaign_file_is_one_line_that_names_file_and_key(tmp_pa
 def test_its_first_sentence_names_limits_and_what_of_the_path_is_not_flown(tmp_path):
     short = SHORT.replace("[simulation]", "[simulation]\nduration = 0.2")
     path = written(tmp_path, MASS + "[failure]\nlargest_error = 400.0\neffort_thrust = 1e9", short, "flights = 8\n")
-    limits = "limits: largest error 400 m and effort thrust 1e+09 N"
+    limits = "limits: largest error 400 m and thrust effort 1e+09 N"
     said = f"8 flights: 100 % succeed ({limits}; only the first 0.2 s of a path of 0.4 s are flown); the 95 % interval is "
     run = fly(path, tmp_path / "out")
     assert said in " ".join(run.out.split())

@@ -149,7 +149,7 @@ def test_greys_of_causes_differ():
 def test_a_limit_of_something_else_and_a_single_flight_of_many_are_said(tmp_path):
     asked = request(write(tmp_path, LINE), "path.duration=0.5:1:2", "vehicle.mass=1:1.1:2", failures=["effort_thrust=1e9"])
     assert asked.campaign.meaning == (
-        " (success means reaching the end with effort thrust at most 1e+09 N, however large the error)"
+        " (success means reaching the end with thrust effort at most 1e+09 N, however large the error)"
     )
     assert most_of(asked) == ""
     assert most_of(asked._replace(random=True)) == " in the one flight of each, whose outcome is partly chance"

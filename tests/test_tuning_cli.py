@@ -10,9 +10,11 @@ from quadstep import read_mission
 from quadstep.engines.fly import fingerprint
 from quadstep.metrics.registry import NO_REST
 from quadstep.mission.read import plan_mission
+from quadstep.report import canvas
+from quadstep.report.sheet import Sheet
 from quadstep.studies.tuning import run
-from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer
-from quadstep.studies.tuning.report import caution
+from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, read_request
+from quadstep.studies.tuning.report import caution, near_ends
 from tests.commands import metrics, quadstep
 from tests.missions import EXAMPLES
 from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, history, lasting, tuned, written
@@ -46,7 +48,7 @@ def test_what_it_writes_and_says(tmp_path):
     figures = ["convergence.png", "convergence.svg"]
     assert lasting(out) == [*figures, "history.csv", "metrics.json", "report.html", "table.tex", "tuned.toml"]
     table = (out / "table.tex").read_text(encoding="utf-8")
-    assert "& present & tuned & tuned - present" in table
+    assert "& current & tuned & tuned - current" in table
     assert r"position RMSE" in table
     before, after = tomllib.loads(QUICK), tuned(out)
     gains = after["controller"].pop("Lambda1")
@@ -77,7 +79,7 @@ REST = " the loop with the tuned gains"
 ])  # fmt: skip
 def test_gains_whose_loop_is_worse_say_so_first(present, tuned, said):
     words = caution(*({"grade": one} if one else {} for one in (present, tuned)))
-    now = f"At rest where the path begins, the loop with the present gains is {present}."
+    now = f"At rest where the path begins, the loop with the current gains is {present}."
     assert words == (f"Before you fly them: {said}. {now}" if said else "")
 
 
@@ -89,12 +91,50 @@ def test_a_gain_near_the_end_of_its_range_is_named(tmp_path, monkeypatch):
     assert "controller.Lambda1 is near its upper bound; a wider range may give more." in done.out
     assert "near its upper bound" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     rest = "at rest where the path begins, the loop with the tuned gains is unstable"
-    said = f"Before you fly them: {rest}: it grows. At rest where the path begins, the loop with the present gains is sound."
+    said = f"Before you fly them: {rest}: it grows. At rest where the path begins, the loop with the current gains is sound."
     assert done.out.lower().count(rest) == 1, "not again below"
     assert done.out.replace("\n", " ").startswith(said)
     assert (tmp_path / "out" / "tuned.toml").read_text().startswith(f"# {said}\n")
     report = re.sub("</p><p>", " ", (tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
     assert f'<p class="answer">{said} The tuned gains' in report
+
+
+@pytest.mark.parametrize("width", [None, 84.0])
+@pytest.mark.parametrize("many", [1, 2])
+def test_every_legend_is_inside_its_picture(tmp_path, monkeypatch, width, many):
+    seen = []
+
+    def look(figure, path, sheet):
+        original(figure, path, sheet)
+        figure.draw_without_rendering()
+        seen.extend((axes.get_legend().get_window_extent(), figure.bbox) for axes in figure.axes)
+
+    original = canvas.write
+    monkeypatch.setattr(canvas, "write", look)
+    text = QUICK + "controller.K_r1 = { low = 0.3, high = 30.0 }\n" * (many - 1)
+    run.tune(written(tmp_path, text), 60, tmp_path / "out", sheet=Sheet(width=width))
+    assert len(seen) == 2 and all(whole.y0 <= one.y0 and one.y1 <= whole.y1 and one.x1 <= whole.x1 for one, whole in seen)
+
+
+def test_what_the_gains_cannot_change_and_where_they_end_is_said(tmp_path):
+    text = QUICK.replace("controller.Lambda1 = { low = 0.3", "controller.Lambda1 = { low = 0.99").replace(
+        "high = 30.0", "high = 2.999"
+    )
+    out = tmp_path / "out"
+    done = tune(written(tmp_path, text), out)
+    begun = (
+        "With the tuned gains: in 1 of 1 completed flight the largest error is the one at the start, which is off the path."
+    )
+    assert begun in done.out and begun in (out / "report.html").read_text(encoding="utf-8")
+    assert "The objective is position RMSE [m].\n" in done.out
+    flown = f"{len(history(out)):,} in the search and 2 in the comparison, {metrics(out)['flights']:,} of a budget of 60."
+    assert flown in done.out
+    values = {f"controller.{name}.{axis}": value for name, value in (("Lambda1", 2.98), ("K_r1", 3.0)) for axis in range(3)}
+    near = near_ends(read_request(written(tmp_path, QUICK + "controller.K_r1 = { low = 0.3, high = 40.0 }\n")), values)
+    assert near == {"controller.K_r1": "just above 2.98, its limit by Theorem 5.1"}
+    one = {key: value for key, value in values.items() if "Lambda1" in key}
+    near = near_ends(read_request(written(tmp_path, QUICK.replace("30.0", "3.0"))), one)
+    assert near == {"controller.Lambda1": "near its upper bound"}
 
 
 def test_gains_that_keep_no_constraint_are_not_praised_first(tmp_path):
@@ -256,9 +296,9 @@ BAD = {
     "no number": (gains('controller.K_r1 = { low = "a", high = 4.0 }'), ["controller.K_r1", "low"]),
     "not a table": (gains("controller.K_r1 = 3.0"), ["tune.gains", "controller.K_r1"]),
     "one key too many": (gains("controller.K_r1 = { low = 1.0, high = 4.0, step = 1.0 }"), ["step", "unknown key"]),
-    "present value outside": (
+    "current value outside": (
         gains("controller.K_r1 = { low = 4.0, high = 9.0 }"),
-        ["controller.K_r1", "present value 3 is outside"],
+        ["controller.K_r1", "current value 3 is outside"],
     ),
     "structure": (gains("controller.nets.neurons = { low = 2, high = 20 }"), ["controller.nets.neurons", "structure"]),
     "a switch": (gains("controller.nets.enabled = { low = 0.1, high = 1 }"), ["controller.nets.enabled", "structure"]),
@@ -327,7 +367,7 @@ def test_bad_input_is_one_line(tmp_path, case):
 def test_a_budget_that_is_too_small(tmp_path, budget):
     done = tune(written(tmp_path, QUICK), tmp_path / "out", budget)
     assert done.refused
-    assert f"--budget: at least 19 flights are needed, not {budget}: 1 with the present gains" in done.err
+    assert f"--budget: at least 19 flights are needed, not {budget}: 1 with the current gains" in done.err
     assert "16 for one generation of 16 candidates" in done.err
     assert tune(written(tmp_path, QUICK), tmp_path / "out", 19).code == 0
 

@@ -157,6 +157,47 @@ def test_a_margin_is_missed_by_the_loop_and_by_no_flight():
     assert worse.missed and "WORSE" in worse.verdict
 
 
+def test_better_gains_are_not_praised_without_their_price():
+    """What the objective weighs and rises, and margins that fall to less than twice their limit, nothing else."""
+    asked = judge(
+        objective={"position_rmse": 1.0, "variation_thrust": 1e-6}, constraints={"phase_margin": 0.5, "delay_margin": 0.01}
+    )
+
+    def having(rmse, thrust, phase, delay):
+        one = flown(np.full(100, rmse))
+        one.metrics[:, METRICS.index("variation_thrust[N]")] = thrust
+        names = {**one.names, "phase_margin": "phase_margin[rad]", "delay_margin": "delay_margin[s]"}
+        return one._replace(metrics=np.hstack([one.metrics, np.tile([phase, delay], (100, 1))]), names=names)
+
+    def said(*tuned):
+        return answer(compare(asked, having(1.0, 10.0, 0.9, 0.09), having(*tuned))).partition(" The price: ")[2]
+
+    rises, falls = (
+        "the mean thrust variation rises from 10.0 N to 30.0 N",
+        "the phase margin falls from 51.6° to 34.4° (limit 28.6°)",
+    )
+    assert said(0.5, 30.0, 0.6, 0.05) == f"{rises} and {falls}."
+    assert said(0.5, 5.0, 0.6, 0.05) == f"{falls}."
+    assert said(0.5, 5.0, 1.0, 0.05) == "", "the delay margin is five times its limit"
+    assert said(2.0, 30.0, 0.6, 0.05) == "", "which are not better"
+    table = measured_rows(
+        compare(judge(constraints={"phase_margin": 0.9}), having(1.0, 1.0, 0.9, 0.1), having(0.5, 1.0, 1.0, 0.1))
+    )
+    assert table[-1][0] == "phase margin, not below the current"
+
+
+def test_a_difference_of_shares_has_its_interval():
+    before, after = flown(np.full(100, 0.5), ended=[10.0] * 80 + [5.0] * 20), flown(np.full(100, 0.4))
+    found = compare(judge(), before, after)
+    low, high = (100.0 * one for one in found.success_difference[1:])
+    assert measured_rows(found)[0] == [
+        "success rate",
+        "80.0 [70.8, 87.3] %",
+        "100 [96.4, 100] %",
+        f"+20 [{low:+.3g}, {high:+.3g}] points",
+    ]
+
+
 def test_a_better_objective_is_not_told_without_the_error_that_rises_with_it():
     tighter = judge(objective={"variation_thrust": 1.0})
     before, after = flown(np.full(100, 0.19)), flown(np.full(100, 0.6))
@@ -172,7 +213,7 @@ def test_gains_that_lose_flights_are_not_better_by_those_that_are_left():
     found = compare(judge(), flown(rmse), flown(0.5 * rmse, ended=some))
     assert found.success_difference.low < 0.0 < found.success_difference.high  # three of 200 decide nothing
     assert found.verdict.startswith("No firm evidence")
-    assert answer(found).endswith("With them 98.5 % of the flights succeed, 100 % with the present gains.")
+    assert answer(found).endswith("With them 98.5 % of the flights succeed, 100 % with the current gains.")
     assert compare(judge(), flown(rmse, ended=some), flown(0.5 * rmse)).verdict.startswith("The tuned gains are better")
 
 

@@ -1,6 +1,5 @@
 """Questions asked of many flights: `quadstep campaign`, `quadstep envelope` and `quadstep tune`."""
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +10,7 @@ from quadstep.engines.engine import CAMPAIGNS, Engine
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError
 from quadstep.report.bars import bar
-from quadstep.report.screen import command, say, say_whole, show_table
+from quadstep.report.screen import command, say, say_whole, show_table, typeset
 from quadstep.studies.campaign import MOST_FLIGHTS
 
 if TYPE_CHECKING:
@@ -147,30 +146,22 @@ def tune(
 
 def show(done: "Tuned", folder: Path) -> None:
     """Print what is to be read first, the gains, the comparison and its verdict."""
-    from quadstep.studies.tuning.report import HEADER, gain_rows, measured_rows
+    from quadstep.studies.tuning.report import HEADER, gain_rows, measured_rows, near_ends, objective, searched
 
     found, compared = done.found, done.compared
     *first, verdict = done.evidence.sentences
     for sentence in first:
         say(sentence)
     gains = gain_rows(done.asked, found)
-    show_table(done.asked.mission.name, ("gain", "present", "tuned"), [one[:3] for one in gains])
+    show_table(done.asked.mission.name, ("gain", "current", "tuned"), [one[:3] for one in gains])
     many = compared.flights > 1
     said = f"{compared.flights} unseen flights each, 95 % intervals" if many else "one flight each: all flights are identical"
     show_table(said[0].upper() + said[1:], HEADER, measured_rows(compared))
-    flights = found.history[-1].flights
-    before, after = found.present.judged.objective, found.best.judged.objective
-    both = f"{number(before)} with the present gains, {number(after)} with the tuned ones"
-    say(f"Objective over the flights used for tuning: {both}, after {flights} flights.")
-    for sentence in (verdict, *done.evidence.graded):
-        say(sentence)
-    for gain in done.asked.gains:
-        if edge := gain.edge(done.values):
-            say(f"{gain.key} is {edge}; a wider range may give more.")
+    searching = searched(done.asked, found, done.evidence.record["budget"])
+    for sentence in filter(None, (objective(done.asked), compared.from_the_start, searching, verdict, *done.evidence.graded)):
+        say(typeset(sentence))
+    for key, where in near_ends(done.asked, done.values).items():
+        say(f"{key} is {where}{'; a wider range may give more' * ('bound' in where)}.")
     for name in done.elsewhere:
         say(f"tuned.toml names {name}, which is not in the mission's folder: copy both there.")
     say_whole(f"Results: {folder}; fly it: {command('fly', folder / 'tuned.toml')}")
-
-
-def number(value: float) -> str:
-    return f"{value:.4g}" if math.isfinite(value) else "none"

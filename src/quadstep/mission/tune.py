@@ -138,7 +138,7 @@ class TuneSection(Section):
         Quantity(
             "",
             "limits of metrics and margins: a number, or most or least, and share; {} for none; if no margin is named, "
-            "also a sound loop's margins, or the present ones where smaller",
+            "also a sound loop's margins, or the current ones where smaller",
         ),
     ] = Field(default_factory=dict)
     theorem: Annotated[bool, Quantity("", "whether the controller's gain conditions must be met")] = True

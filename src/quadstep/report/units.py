@@ -291,6 +291,7 @@ def listed(names: Sequence[str], word: str = "and") -> str:
 
 
 def metric(full: str) -> tuple[str, str]:
-    """Words and unit of a metric's name: `position_rmse[m]` is position RMSE in m."""
+    """Words and unit of a metric's name: `position_rmse[m]` is position RMSE in m, `variation_thrust[N]` thrust variation."""
     name, _, unit = full.partition("[")
+    name = re.sub("^(effort|variation)_(.+)", r"\2_\1", name)
     return name.replace("_", " ").replace("rmse", "RMSE"), unit.rstrip("]") or "-"

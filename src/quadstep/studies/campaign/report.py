@@ -1,6 +1,6 @@
 """report.html of a campaign, and its pictures."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,6 +12,7 @@ from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.io.run_record import FIGURES
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.fields import label, words
+from quadstep.mission.schema import Mission
 from quadstep.report import markup
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
@@ -145,25 +146,34 @@ def distribution_section(of: ReportSubject, flown: pa.Table, through: NDArray[np
     if metrics:
         draw_distributions(of.folder / "distributions", metrics, of.summary.flights, of.sheet)
         body.append(text.distributions(of.summary))
-        offsets = offsets_at_start(of)
-        if offsets is not None and not of.campaign.mission.scored_from:
-            can_leave_out = "score_from" in type(of.campaign.mission).model_fields
-            said = text.from_the_start(number(flown[LARGEST])[through], offsets[through], can_leave_out)
-            body += [TableSection(text=said)] * bool(said)
+        said = from_the_start(
+            of.campaign.mission,
+            of.campaign.file.keys,
+            lambda key: number(of.store.read([key])[key]),
+            number(flown[LARGEST]),
+            through,
+        )
+        body += [TableSection(text=said)] * bool(said)
     return body
 
 
-def offsets_at_start(of: ReportSubject) -> NDArray[np.float64] | None:
-    """How far from its path each flight starts [m], (n,); None where the keys that vary do not say."""
-    mission, keys = of.campaign.mission, of.campaign.file.keys
+def from_the_start(
+    mission: Mission, keys: Collection[str], drawn: Callable[[str], NDArray[np.float64]], largest: NDArray[np.float64],
+    through: NDArray[np.bool_],
+) -> str:  # fmt: skip
+    """That the largest errors [m] of most flights that came through are those at the start; nothing where errors count from
+    later on, or the keys that vary do not say how far from its path a flight starts. drawn: their values.
+    """
     place = getattr(getattr(mission, "start", None), "position", None)
-    if place is None or any(key.split(".")[0] == "path" or key in ("start", "start.position") for key in keys):
-        return None
+    anywhere = any(key.split(".")[0] == "path" or key in ("start", "start.position") for key in keys)
+    if place is None or anywhere or mission.scored_from:
+        return ""
     path = mission.path.build(mission.folder)
     named = [f"start.position.{axis}" for axis in range(3)]
-    places = [number(of.store.read([key])[key]) if key in keys else place[axis] for axis, key in enumerate(named)]
+    places = [drawn(key) if key in keys else place[axis] for axis, key in enumerate(named)]
     begun = zip(places, path.law.reference(0.0, path.parameters).position, strict=True)
-    return np.sqrt(sum((np.square(one - at) for one, at in begun), np.zeros(of.summary.flights)))
+    offsets = np.sqrt(sum((np.square(one - at) for one, at in begun), np.zeros(len(largest))))
+    return text.from_the_start(largest[through], offsets[through], "score_from" in type(mission).model_fields)
 
 
 def over_as(flown: pa.Table, name: str) -> NDArray[np.bool_]:

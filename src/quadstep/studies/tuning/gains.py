@@ -106,7 +106,7 @@ def gain(key: str, limits: Range | None, mission: Mission) -> TunedGain:
         _, declared = mission.controller.controller.by_key().get(name, ("", LEARNING))
         limits = Range.model_validate(dict(zip(("low", "high", "scale"), declared.span(present, present), strict=True)))
     if not limits.low <= present <= limits.high:
-        raise UserError(f"{said}: its present value {present:g} is outside low = {limits.low:g} to high = {limits.high:g}")
+        raise UserError(f"{said}: its current value {present:g} is outside low = {limits.low:g} to high = {limits.high:g}")
     return TunedGain(key, limits, leaves)
 
 

@@ -11,7 +11,7 @@ Present and tuned gains are compared on flights that no gain was tuned on, the s
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -161,6 +161,7 @@ class Compared(NamedTuple):
     limits: of margins, by their names with units. missed: constraints that the tuned gains miss, in words. kept: the share of
     all flights that keep each constraint of flights, by its words: with both gains, their difference, and what is asked.
     change: of the objective, as a share of what the present gains have on the same flights, those completed with both.
+    weighed: metrics of the objective, by their names with units. from_the_start: that largest errors say nothing of the gains.
     """
 
     flights: int
@@ -174,13 +175,15 @@ class Compared(NamedTuple):
     missed: list[str]
     kept: Mapping[str, tuple[Estimate, Estimate, Estimate, float]]
     change: Estimate | None = None
+    weighed: Collection[str] = ()
+    from_the_start: str = ""
 
 
 BETTER = "The tuned gains are better{where}."
 FLY_BETTER = "Though they do not keep every constraint, the tuned gains fly better{where}."
 WORSE = "The tuned gains are WORSE{where}: do not use them."
 SAME = "No firm evidence that the tuned gains are better{where}; more flights (tune.seeds, --budget) or wider ranges may help."
-UNCHANGED = "No better gains were found: tuned.toml has the present ones."
+UNCHANGED = "No better gains were found: tuned.toml has the current ones."
 NEGLIGIBLE = 1e-3
 """Share of the present objective below which a change is negligible."""
 
@@ -219,7 +222,9 @@ def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, ch
         if base and base.value and objective.difference
         else None
     )
-    return Compared(count, (shares[0], shares[1]), success, objective, reported, said, better, limits, missed, kept, change)
+    weighed = [present.names[name] for name in judge.section.objective]
+    shown = (shares[0], shares[1]), success, objective, reported, said, better, limits, missed, kept, change, weighed
+    return Compared(count, *shown)
 
 
 def shares_of(before: NDArray[np.bool_], after: NDArray[np.bool_]) -> tuple[Estimate, Estimate, Estimate]:

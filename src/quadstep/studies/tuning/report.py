@@ -1,31 +1,25 @@
-"""report.html of a tuning run, and its picture: the objective and the gains of every candidate over the flights."""
+"""report.html of a tuning run: its gains, what they are worth, and what the search was."""
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from quadstep.linear.grade import UNKNOWN, UNSTABLE, WORST_FIRST
 from quadstep.metrics.registry import at_rest, at_rest_sentences
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import Case
-from quadstep.mission.fields import label
+from quadstep.mission.read import check_mission
 from quadstep.mission.tune import Constraint
 from quadstep.report import markup, units
-from quadstep.report.axes import plain_decades
-from quadstep.report.canvas import LINES, figure_at, legend_columns
-from quadstep.report.colours import COLOURS
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
-from quadstep.report.sheet import PHONE, Sheet
-from quadstep.studies.tuning.gains import TunedGain
+from quadstep.studies.tuning.convergence import gain_texts
 from quadstep.studies.tuning.ground import TuningRequest
 from quadstep.studies.tuning.objective import AGGREGATES, NEGLIGIBLE, UNCHANGED, Compared, Row, certain_sign
-from quadstep.studies.tuning.search import Candidate, SearchResult
+from quadstep.studies.tuning.search import SearchResult
 
-HEADER = ("", "present", "tuned", "tuned - present")
+HEADER = ("", "current", "tuned", "tuned - current")
 
 
 def evidence(
@@ -34,16 +28,11 @@ def evidence(
     """What was tuned, and what it is worth. figure: of the search, its file without ending. record: of metrics.json. first: a
     sentence that comes before all others.
     """
-    before, after = result.present.judged.objective, result.best.judged.objective
     gains, measured, many = gain_rows(request, result), measured_rows(compared), compared.flights > 1
     success = f"A flight succeeds if it completes{' and keeps every constraint on flights' if compared.kept else ''}."
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
     both = f"{flights}, the same for both; 95 % intervals. Differences are paired by flight."
     alone = "Nothing is random in this mission, so there is one flight with each set of gains."
-    search = (
-        f"Objective ({AGGREGATES[request.section.aggregate]} over the flights used for tuning): {units.number(before)} "
-        f"before, {units.number(after)} after {result.history[-1].flights} flights."
-    )
     missed = any(not one.judged.feasible and math.isfinite(one.judged.objective) for one in result.history)
     return Evidence(
         name=request.mission.name,
@@ -55,9 +44,9 @@ def evidence(
         figures=[
             Figure(
                 figure,
-                f"Above: the objective of each candidate, {units.number(before)} at first, {units.number(after)} at last"
-                f"{'; a cross is a candidate that misses a constraint or loses a flight' * missed}. "
-                "Below: the best gains so far, each from the low to the high end of its range, which the legend says.",
+                f"The objective of each candidate{'; a cross misses a constraint or loses a flight' * missed}"
+                f"{'; most margins are estimates' * bool(compared.limits)}. "
+                "Beside it: the best gains so far, each scaled to its own search range (see legend).",
             )
         ],
         sections=[
@@ -68,15 +57,37 @@ def evidence(
                 "unseen",
                 HEADER,
                 measured,
-                f"{both if many else alone} {success}",
+                " ".join(filter(None, (both if many else alone, success, objective(request), compared.from_the_start))),
             ),
-            TableSection("The search", "search", text=search),
+            TableSection("The search", "search", text=searched(request, result, record["budget"])),
         ],
         paper=booktabs(
             HEADER, [[(*one[:3], "") for one in gains], measured], [f"{request.mission.name}: {flights}, 95 % intervals"]
         ),
         cases=(Case("tuned"),),
         whose="the loop with the tuned gains",
+    )
+
+
+def objective(request: TuningRequest) -> str:
+    """What is made small, in a sentence."""
+    named = [(*units.metric(request.names[name]), weight) for name, weight in request.section.objective.items()]
+    terms = [f"{f'{weight:g} × ' * (weight != 1.0)}{words}{f' [{unit}]' * (unit != '-')}" for words, unit, weight in named]
+    over = f", {AGGREGATES[request.section.aggregate]} over the flights" * (request.seeds > 1)
+    return f"The objective is {' + '.join(terms)}{over}."
+
+
+def searched(request: TuningRequest, result: SearchResult, budget: object) -> str:
+    """What the search has found and when, and how many flights were flown."""
+    best, last = result.best, result.history[-1].flights
+    before, after = (units.number(one.judged.objective) for one in (result.present, best))
+    found = f"{before} with the current gains"
+    if best is not result.present:
+        rest = f"; the other {last - best.flights:,} found none better" * (best.flights < last)
+        found += f", {after} with the tuned ones, found within {units.counted(best.flights, 'flight')}{rest}"
+    return (
+        f"Objective over the flights used for tuning: {found}. Flights: {last:,} in the search and {2 * request.unseen} in "
+        f"the comparison, {last + 2 * request.unseen:,} of a budget of {budget:,}."
     )
 
 
@@ -88,7 +99,7 @@ def caution(present: Mapping[str, str], tuned: Mapping[str, str]) -> str:
     why = {"why": "ask `quadstep linear`"} if after == UNKNOWN else {}
     said = at_rest({"grade": after, **tuned, **why}, "the loop with the tuned gains")
     return " ".join(
-        [f"Before you fly them: {said}.", *at_rest_sentences({"grade": before}, "the loop with the present gains")]
+        [f"Before you fly them: {said}.", *at_rest_sentences({"grade": before}, "the loop with the current gains")]
     )
 
 
@@ -114,13 +125,26 @@ def broken(request: TuningRequest, result: SearchResult, compared: Compared) -> 
 
 
 def gain_rows(request: TuningRequest, result: SearchResult) -> list[tuple[str, ...]]:
-    """Each gain, present and tuned, and whether it ends at an edge of its range."""
-    both = (result.present.values, result.best.values)
-    return [
-        (label(request.mission, one.key), *(listed([values[leaf.key] for leaf in one.leaves]) for values in both),
-         one.edge(result.best.values))
-        for one in request.gains
-    ]  # fmt: skip
+    """Each gain, current and tuned, and whether it ends at an edge of its range or of what the theory asks for."""
+    before, after = (gain_texts(request, one.values) for one in (result.present, result.best))
+    near = near_ends(request, result.best.values)
+    ends = [near.get(one.key, "") for one in request.gains]
+    return list(zip(before, before.values(), after.values(), ends, strict=True))
+
+
+def near_ends(request: TuningRequest, values: Mapping[str, float]) -> dict[str, str]:
+    """Gains that are near an end of their range, or the least that a condition of the theory allows, within a hundredth:
+    where they are, in words.
+    """
+    tuned = check_mission(request.with_gains(dict(values)), str(request.path), request.path.parent)
+    conditions = tuned.controller.conditions(tuned.modelled.model()) if request.section.theorem else []
+    least = {
+        f"controller.{one.key or one.text.split()[0]}": f"just above {one.right:g}, its limit by {one.source}"
+        for one in conditions
+        if one.right < one.left < 1.01 * one.right
+    }
+    found = {one.key: one.edge(values) or least.get(one.key, "") for one in request.gains}
+    return {key: words for key, words in found.items() if words}
 
 
 def measured_rows(compared: Compared) -> list[list[str]]:
@@ -131,7 +155,7 @@ def measured_rows(compared: Compared) -> list[list[str]]:
         shares(f"{what}{f', in {units.percent(asked)} of the flights' * (not alone)}", alone, found, asked)
         for what, (*found, asked) in compared.kept.items()
     ]
-    success = shares("succeed", alone, [*compared.success, compared.success_difference])
+    success = shares("success rate", alone, [*compared.success, compared.success_difference])
     return [success, *kept, compared.objective.texts, *rows]
 
 
@@ -142,14 +166,18 @@ def with_limit(row: Row, limit: Constraint) -> list[str]:
     for place, one in enumerate((row.present, row.tuned)):
         if one:
             cells[place] += ", met" if limit.keeps(np.array([one.value])).all() else ", not met"
-    return [f"{words}, at {'least' if limit.most is None else 'most'} {asked}", *cells]
+    kept = limit.least is not None and row.present is not None and math.isclose(limit.least, row.present.value, rel_tol=1e-8)
+    asked = "not below the current" if kept else f"at {'least' if limit.most is None else 'most'} {asked}"
+    return [f"{words}, {asked}", *cells]
 
 
 def answer(compared: Compared) -> str:
     """The verdict, by how much, and what share succeeds where some do not."""
     present, tuned = compared.success
-    errors = compared.rows[:2] if compared.better else []  # whatever the objective
-    moves = "".join(move(one, compared.flights == 1) for one in errors)
+    moves = ""
+    if compared.better:  # whatever the objective
+        alone = compared.flights == 1
+        moves = "".join(move(one, alone) for one in compared.rows[:2]) + price(compared, alone)
     if certain_sign(compared.success_difference, compared.flights == 1):  # which decides
         moved = "rises" if tuned.value > present.value else "falls"
         shares = (units.percent(*(one if compared.flights > 1 else one[:1])) for one in (present, tuned))
@@ -163,7 +191,7 @@ def answer(compared: Compared) -> str:
     said += moves
     if tuned.value < 1.0:
         share = f"{units.percent(tuned.value)} of the flights succeed"
-        share += f", {units.percent(present.value)} with the present gains" if present.value != tuned.value else ""
+        share += f", {units.percent(present.value)} with the current gains" if present.value != tuned.value else ""
         said += f" With them {share if compared.flights > 1 else 'the flight fails'}."
     return said
 
@@ -175,6 +203,27 @@ def with_number(compared: Compared, said: str) -> str:
 
 def move(one: Row, alone: bool) -> str:
     """That a metric certainly rises or falls, in a sentence after a blank; nothing where that is not shown, or negligible."""
+    said = moved(one, alone)
+    return f" The {'' if alone else 'mean '}{said}." if said else ""
+
+
+def price(compared: Compared, alone: bool) -> str:
+    """What certainly gets worse beside the errors, in a sentence after a blank: what the objective weighs, and margins of
+    which less than twice the limit is left.
+    """
+    worse = []
+    for one in compared.rows[2:]:
+        limit, said = compared.limits.get(one.name), moved(one, alone)
+        if one.name in compared.weighed and " rises " in said:
+            worse.append(f"the {'' if alone else 'mean '}{said}")
+        if limit and one.tuned and " falls " in said and limit.slack(one.tuned.value) < 1.0:
+            (asked,) = units.in_one_unit([(limit.value, math.nan, math.nan)], units.metric(one.name)[1])
+            worse.append(f"the {said} (limit {asked})".replace("\N{NO-BREAK SPACE}", " "))
+    return f" The price: {units.listed(worse)}." if worse else ""
+
+
+def moved(one: Row, alone: bool) -> str:
+    """That a metric certainly rises or falls, as a clause; nothing where that is not shown, or negligible."""
     if not (one.present and one.tuned and one.difference):
         return ""
     sign, change = certain_sign(one.difference, alone), one.difference.value
@@ -187,110 +236,29 @@ def move(one: Row, alone: bool) -> str:
     words, unit = units.metric(one.name)
     both = units.in_one_unit([(each.value, math.nan, math.nan) for each in (one.present, one.tuned)], unit)
     before, after = (each.replace("\N{NO-BREAK SPACE}", " ") for each in both)
-    said = f" The {'' if alone else 'mean '}{words} {'rises' if sign > 0 else 'falls'} from {before} to {after}."
-    return said if before != after else ""
-
-
-def listed(values: list[float]) -> str:
-    """Some numbers, or just one where all are equal."""
-    return ", ".join(units.number(value, 4) for value in (values if len(set(values)) > 1 else values[:1]))
+    return f"{words} {'rises' if sign > 0 else 'falls'} from {before} to {after}" if before != after else ""
 
 
 def facts(compared: Compared) -> list[markup.Fact]:
     """Success with either, and what the objective gains."""
-    found = []
-    for name, one in zip(("succeed with present gains", "succeed with tuned gains"), compared.success, strict=True):
+    found, (present, tuned) = [], compared.success
+    both = {"success rate, current gains": present, "success rate, tuned gains": tuned}
+    for name, one in (both if present != tuned else {"success rate, current and tuned": tuned}).items():
         many = compared.flights > 1
         more = f"95 % interval: {units.percent(one.low)} to {units.percent(one.high)}" if many else ""
         found.append(markup.Fact(name, units.percent(one.value), more))
     if compared.change:
         value, low, high = (100.0 * part for part in compared.change)
         more = f"95 % interval: {low:+.3g} to {high:+.3g} %".replace("-", "−") if math.isfinite(low) else ""
-        found.append(markup.Fact("objective, tuned - present", f"{value:+.3g} %".replace("-", "−"), more))
+        found.append(markup.Fact("objective, tuned - current", f"{value:+.3g} %".replace("-", "−"), more))
     return found
 
 
 def shares(words: str, alone: bool, found: Sequence[Estimate], asked: float = math.nan) -> list[str]:
-    """A row of shares of flights with present and tuned gains, whether they are as large as asked, and the difference."""
+    """A row of shares of flights with current and tuned gains, whether they are as large as asked, and the difference."""
     cells = [units.percent(*(one[:1] if alone else one)) for one in found[:2]]
     if not math.isnan(asked):
         cells = [f"{cell}, {'met' if one.value >= asked else 'not met'}" for cell, one in zip(cells, found, strict=False)]
-    return [words, *cells, f"{100.0 * found[2].value:+.3g} points".replace("-", "−")]
-
-
-def draw_search(path: Path, request: TuningRequest, result: SearchResult, sheet: Sheet) -> None:
-    """Write `path` in the sheet's formats."""
-    rows = len(request.gains)  # of the legend of the gains, at most
-    height = 3.9 + 0.16 * rows
-    apart = (0.27 + 0.16 * rows) / (0.5 * (height - 1.3 - 0.16 * rows))
-    sides = 0.18, 0.48 / height, 0.955, 1.0 - 0.55 / height, 0.2, apart
-    with figure_at(path, sheet, (PHONE, height, 4.2), *sides) as figure:
-        top, bottom = figure.subplots(2, 1, sharex=True)
-        draw_objective(top, result)
-        draw_gains(bottom, request, result)
-        for axes, most in ((top, 3), (bottom, 4)):
-            marks, names = axes.get_legend_handles_labels()
-            if marks:
-                ncols = legend_columns(figure.get_figwidth(), names, most)
-                legend = axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols)
-                for text in legend.get_texts():
-                    text.set_parse_math(True)
-        bottom.set_xlabel("flights")
-        figure.align_ylabels()
-
-
-def draw_objective(axes: Axes, result: SearchResult) -> None:
-    """Every candidate's, told apart by whether it completed and kept the constraints, and the best so far."""
-    known = [one for one in result.history if math.isfinite(one.judged.objective)]
-    kinds = (
-        ("feasible", [one for one in known if one.judged.feasible], {"marker": ".", "color": "0.55"}),
-        (
-            "a constraint broken or a flight lost",
-            [one for one in known if not one.judged.feasible],
-            {"marker": "x", "color": COLOURS["vermillion"], "linewidths": 0.7},
-        ),
-    )
-    for kind, candidates, marks in kinds:
-        if candidates:
-            places, values = zip(*((one.flights, one.judged.objective) for one in candidates), strict=True)
-            axes.scatter(places, values, s=14, label=kind, **marks)
-    best = [one for one in leaders(result) if math.isfinite(one.judged.objective)]
-    if best:
-        last = result.history[-1].flights
-        axes.step(
-            [*(one.flights for one in best), last], [*(one.judged.objective for one in best), best[-1].judged.objective],
-            where="post", label="best so far", **LINES[0],
-        )  # fmt: skip
-    if known and min(one.judged.objective for one in known) > 0.0:
-        axes.set_yscale("log")
-        plain_decades(axes.yaxis)
-    axes.set_ylabel("objective")
-
-
-def draw_gains(axes: Axes, request: TuningRequest, result: SearchResult) -> None:
-    """Those of the best so far, each in its range."""
-    best = leaders(result)
-    last = result.history[-1].flights
-    for place, one in enumerate(request.gains):
-        values = [candidate.point[place] for candidate in best]
-        style = LINES[place % len(LINES)]
-        flights = [*(candidate.flights for candidate in best), last]
-        axes.step(flights, [*values, values[-1]], where="post", label=gain_range(request, one), **style)
-    axes.set_ylim(-0.03, 1.03)
-    axes.set_yticks([0.0, 1.0], ["low", "high"])
-    axes.set_ylabel("best gain so far")
-
-
-def gain_range(request: TuningRequest, one: TunedGain) -> str:
-    """A gain, its unit and its range."""
-    name, *unit = label(request.mission, one.key).removeprefix("controller ").partition(" [")
-    return f"{units.label(name)}{''.join(unit)}: {one.range.low:.4g} to {one.range.high:.4g}"
-
-
-def leaders(result: SearchResult) -> list[Candidate]:
-    """Each candidate that was the best so far."""
-    best: list[Candidate] = []
-    for one in result.history:
-        if one.leads(best[-1] if best else None):
-            best.append(one)
-    return best
+    value, *ends = (f"{100.0 * one + 0.0:+.3g}" for one in found[2])
+    between = f" [{', '.join(ends)}]" * (math.isfinite(found[2].low) and not alone)
+    return [words, *cells, f"{value}{between} points".replace("-", "−")]

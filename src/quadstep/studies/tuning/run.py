@@ -24,10 +24,12 @@ from quadstep.report.evidence import Evidence
 from quadstep.report.progress import SILENT, Progress
 from quadstep.report.publish import publishing, write_csv
 from quadstep.report.sheet import Sheet
+from quadstep.studies.campaign.report import from_the_start
 from quadstep.studies.campaign.schema import digests, strings
+from quadstep.studies.tuning.convergence import draw_search
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, TuningRequest, read_request
 from quadstep.studies.tuning.objective import Compared, compare
-from quadstep.studies.tuning.report import broken, caution, draw_search, evidence
+from quadstep.studies.tuning.report import broken, caution, evidence
 from quadstep.studies.tuning.search import Candidate, Search, SearchResult, check_budget, shown_flights
 
 TUNED, HISTORY, PICTURE = "tuned.toml", "history.csv", "convergence"
@@ -93,7 +95,11 @@ def on_unseen(ground: CandidateFlyer, result: SearchResult, progress: Progress) 
         flown.with_values(ground.margins(values, ground.asked.section.margins))
         for flown, values in zip(ground.fly(both, UNSEEN, ground.asked.unseen, advance), both, strict=True)
     )
-    return compare(result.judge, present, tuned, changed=both[0] != both[1])
+    mission, drawn = ground.asked.mission, ground.draws(UNSEEN, ground.asked.unseen).drawn
+    largest = tuned.metric("largest_error")
+    said = from_the_start(mission, drawn, lambda key: drawn[key].values.astype(float), largest, tuned.completed)
+    found = compare(result.judge, present, tuned, changed=both[0] != both[1])
+    return found._replace(from_the_start=f"With the tuned gains: {said[:1].lower()}{said[1:]}" if said else "")
 
 
 def named_files(request: TuningRequest) -> tuple[list[str], list[str]]:
