@@ -15,11 +15,13 @@ from matplotlib.transforms import Bbox
 from quadstep.engines.fly import fly
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.metrics.verdict import graded
 from quadstep.mission.check import check
 from quadstep.mission.fields import words
+from quadstep.mission.schema import Mission
 from quadstep.report import canvas, units
 from quadstep.report.panel import Track
 from quadstep.studies.campaign import key_text, pictures, report, report_text, single
@@ -30,11 +32,13 @@ from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 from quadstep.studies.campaign.schema import CampaignFile, read_campaign
 from quadstep.studies.campaign.sensitivity import ExplainedResult, parts_of
 from quadstep.studies.campaign.single_flight import replay_of
+from quadstep.studies.campaign.splits import in_common
 from quadstep.studies.campaign.store import opened
 from quadstep.studies.campaign.summary import WorstFlight, sentences, summarise
-from quadstep.studies.campaign.varied import Bins, variation_text
+from quadstep.studies.campaign.varied import Bins, VariedKey, variation_text
 from tests.campaigns import MASS, campaign, leftovers, manifest, rows, varying, written
 from tests.flights import METRICS
+from tests.graded import HOVER
 from tests.pages import data_of, fly_page, needs_node
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -554,14 +558,15 @@ def test_captions_over_a_key_say_where_fewest_succeed_and_what_may_be_chance():
 
     clear = said(Estimate(0.5, 0.4, 0.6), Estimate(0.9, 0.7, 1.0), Estimate(0.9, 0.7, 1.0))
     assert clear.startswith(
-        "Vehicle mass: the success rate is lowest from 0.6 to 0.8 kg, 50 %; it is highest from 0.8 to 1 kg and from 1 to "
-        "1.2 kg, 90 %. Of those that"
+        "Vehicle mass: the success rate is lowest, 50 %, from 0.6 to 0.8 kg, and highest, 90 %, from 0.8 to 1 kg and "
+        "from 1 to 1.2 kg. Of those that"
     )
     assert "between 200 mm from 0.8 to 1 kg and 900 mm from 1 to 1.2 kg." in clear
-    assert "may be chance" in said(Estimate(0.5, 0.4, 0.75), Estimate(0.9, 0.7, 1.0), Estimate(0.9, 0.7, 1.0))
+    chance = "the success rate is 50 % to 90 %; the 95 % interval of the lowest overlaps those of all other groups."
+    assert chance in said(Estimate(0.5, 0.4, 0.75), Estimate(0.9, 0.7, 1.0), Estimate(0.9, 0.7, 1.0))
     near = said(Estimate(0.5, 0.4, 0.6), Estimate(0.55, 0.45, 0.65), Estimate(0.9, 0.7, 1.0))
-    assert "0.8 kg, 50 %, and not significantly higher from 0.8 to 1 kg; it is highest from 1 to 1.2 kg, 90 %." in near
-    assert "from 0.6 to 0.8 kg and from 0.8 to 1 kg, 50 %" in said(
+    assert "0.8 kg (not significantly higher from 0.8 to 1 kg), and highest, 90 %, from 1 to 1.2 kg." in near
+    assert "lowest, 50 %, from 0.6 to 0.8 kg and from 0.8 to 1 kg, and" in said(
         Estimate(0.5, 0.4, 0.6), Estimate(0.5, 0.4, 0.6), Estimate(0.9, 0.7, 1.0)
     )
     assert "Vehicle mass: 100 % of the flights succeed in every group." in said(*[Estimate(1.0, 0.9, 1.0)] * 3)
@@ -574,3 +579,66 @@ def test_largest_errors_that_are_the_starts_own_are_said_to_be_from_more_than_ha
     assert "`score_from`" in most
     assert "score_from" not in report_text.from_the_start(offsets, offsets, False)  # which the paper's plant does not have
     assert report_text.from_the_start(np.array([1.0, 0.5, 0.0, 2.1]), offsets, True) == ""
+
+
+def test_largest_errors_of_the_start_are_told_where_most_flights_have_them():
+    """Of random flights: so many as have their peak in the first tenth of the time that counts; lost ones say nothing."""
+    random = np.random.default_rng(2)
+    real = Mission.model_validate({"path": HOVER, "vehicle": {"preset": "x500"}})
+    times, said = np.linspace(0.0, 10.0, 101), set()
+    for since in (0.0, 2.0):
+        mission = real.model_copy(update={"score_from": since})
+        for _ in range(40):
+            logs, early = [], 0
+            for _ in range(5):
+                lost, peak = random.random() < 0.2, random.choice([since + 0.3, since + 3.0])
+                rows = np.zeros((101, 7))
+                rows[:, 0], rows[:, 1] = times, np.where(times < since, 9.0, 1.0 / (1.0 + np.abs(times - peak)))
+                outcome = Outcome.OFF_PATH if lost else Outcome.COMPLETED
+                logs.append(
+                    FlightLog(dict.fromkeys(("t", "x", "y", "z", "x_d", "y_d", "z_d"), "m"), rows, outcome, 10.0, None)
+                )
+                early += not lost and peak < since + 1.0
+            completed = sum(one.outcome is Outcome.COMPLETED for one in logs)
+            found = report_text.soon_after(logs, mission)
+            assert bool(found) == (2 * early > completed)
+            assert not found or found.startswith(f"In {early} of the {completed} completed flights below, ")
+            said.add(bool(found))
+    assert said == {True, False}
+    early = logs[0]._replace(outcome=Outcome.COMPLETED, rows=np.where(np.arange(7) == 1, 1.0 - 0.1 * times[:, None], rows))
+    assert "`score_from`" in report_text.soon_after([early], real)
+    assert "`score_from`" not in report_text.soon_after([early], Mission.model_validate({"path": HOVER}))
+
+
+def test_what_all_failed_flights_share_is_told_only_where_chance_does_not_explain_it():
+    """Every sentence is true of the flights; of flights that fail at random hardly any has one."""
+    random, flights, wrong = np.random.default_rng(7), 400, 0
+    for turn in range(200):
+        values = {"vehicle.mass": random.normal(1.0, 0.1, flights), "disturbance.scale": random.lognormal(0.0, 0.7, flights)}
+        nets = random.integers(0, 2, flights)
+        columns = {key: VariedKey(one, None, parts_of(one)) for key, one in values.items()}
+        columns["controller.nets.enabled"] = VariedKey(nets, ("true", "false"), parts_of(nets.astype(float)))
+        units_of = {"vehicle.mass": "kg", "disturbance.scale": "", "controller.nets.enabled": ""}
+        caused = turn < 50
+        failed = (values["disturbance.scale"] > 2.5 if caused else random.random(flights) < 0.02) & (
+            random.random(flights) < 0.9
+        )
+        kinds = {
+            "lost flights": failed,
+            "flights above a limit": (nets == 1) & (random.random(flights) < (0.2 if caused else 0.0)),
+        }
+        said = in_common(kinds, columns, units_of)
+        wrong += bool(said) and not caused
+        for one in said if caused else ():
+            count, kind, found = re.fullmatch(r"All (\d+) (.*?) had (.*)", one).groups()
+            assert int(count) == kinds[kind].sum()
+            if kind == "lost flights":
+                end, fit = re.fullmatch(
+                    r"a disturbance scale of at least ([\d.]+), as (\d+) of all 400 flights did\.", found
+                ).groups()
+                assert (values["disturbance.scale"][failed] >= float(end) * (1.0 - 1e-12)).all()
+                assert int(fit) == (values["disturbance.scale"] >= float(end) * (1.0 - 1e-12)).sum()
+            else:
+                assert found.startswith(f"nets off, as {(nets == 1).sum()} of all 400")
+        assert not caused or len(said) == 1 + ((nets == 1).mean() <= 0.6)
+    assert wrong <= 12, "5 % of 150, and some"

@@ -243,7 +243,7 @@ def test_the_key_that_matters_most_is_named_only_where_its_interval_clears_the_o
     open_ = said({**keys, mass: Estimate(0.149, 0.016, 0.299)})
     assert "not decided which key matters most for failure: the largest estimate is that of vehicle mass, 14.9 [1.6," in open_
     assert "the largest share" not in open_
-    assert "Only nets matters for sure, with 4.8 %; the rest" in open_
+    assert "Only nets is significant, with 4.8 %; the rest" in open_
     clear = said({**keys, mass: Estimate(0.4, 0.23, 0.5)})
     assert "Of failure, vehicle mass explains the largest share: 40.0 [23.0, 50.0] % of the variance." in clear
-    assert "the 2 keys that matter for sure explain 44.8 % together" in clear
+    assert "the 2 significant keys together explain 44.8 %" in clear

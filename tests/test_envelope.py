@@ -19,7 +19,7 @@ from quadstep.numbers.noise import key
 from quadstep.studies import study as study_module
 from quadstep.studies.campaign.flyer import Chunk, Flyer, on_lanes
 from quadstep.studies.envelope import Envelope, Map, MapPanel, answer, caption, most_of, watched
-from quadstep.studies.envelope_map import CAUSES, LOOKS, Cells, by_success, cells_of, draw_panel, legend, length, middle, scale
+from quadstep.studies.envelope_map import CAUSES, LOOKS, Cells, by_success, cells_of, draw_panel, legend, middle, scale
 from quadstep.studies.envelope_request import NOISY_FLIGHTS, request
 from quadstep.studies.study import run
 from tests.campaigns import MASS, NOISY, SHORT, written
@@ -475,10 +475,6 @@ def test_axes_say_their_unit():
         {"vehicle": {"preset": "crazyflie"}, "path": {"type": "step", "end": [1.0, 0.0, 0.0]}}, "m.toml", Path()
     )
     assert label(vehicle, "vehicle.rotor.rise_time") == "vehicle rotor rise time [s]"
-
-
-def test_lengths_are_in_the_unit_that_suits_them():
-    assert [length(x) for x in (3.0, 0.3, 0.003, 3e-6, 3e-9)] == ["3 m", "30 cm", "3 mm", "3 µm", "3 nm"]
 
 
 def test_a_grid_of_wind_that_begins_at_zero_flies_with_turbulence(tmp_path):

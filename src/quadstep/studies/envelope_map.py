@@ -3,6 +3,7 @@ and hatched where flights fail.
 """
 
 import math
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -115,14 +116,9 @@ def cells_of(request: Request, flown: Flown) -> Cells:
 
 def middle(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Median and mean of each column without its NaN; NaN for a column of NaN."""
-    known = np.isfinite(values)
-    count = known.sum(axis=0)
-    ordered = np.sort(values, axis=0)  # NaN last
-    columns, half = np.arange(values.shape[1]), np.maximum(count - 1, 0)
-    with np.errstate(invalid="ignore"):
-        median = 0.5 * (ordered[half // 2, columns] + ordered[(half + 1) // 2, columns])
-        mean = np.where(known, values, 0.0).sum(axis=0) / np.where(count > 0, count, np.nan)
-    return median, mean
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return np.nanmedian(values, axis=0), np.nanmean(values, axis=0)
 
 
 def table(request: Request, cells: Cells) -> pa.Table:
@@ -255,9 +251,8 @@ def draw_panel(axes: Axes, request: Request, cells: Cells, place: int, norm: Nor
     if norm:
         values = cells.share if by_success(cells) else np.maximum(cells.rmse, LEAST)
         image[good] = colormaps[COLOURS](norm(values[place][good]))
-    left, right, bottom, top = *axis_ends(request.x), *axis_ends(request.y)
-    axes.imshow(image, extent=(left, right, bottom, top), origin="lower", aspect="auto", interpolation="none")
     across, up = edges(request.x), edges(request.y)
+    axes.imshow(image, extent=(across[0], across[-1], up[0], up[-1]), origin="lower", aspect="auto", interpolation="none")
     for number, name in enumerate(CAUSES):
         hatch(axes, ~good & (cause == number), across, up, name)
     if lines := {} if by_success(cells) else contours(cells.share[place], cells.flights):
@@ -307,14 +302,8 @@ def tell_cells(axes: Axes, request: Request, cells: Cells, place: int) -> None:
         tell(axes, ToldPlace(across[column], across[column + 1], up[row], up[row + 1], name, told))
 
 
-def axis_ends(axis: MapAxis) -> tuple[float, float]:
-    """Where an axis begins and ends: half a cell beyond its values. Listed values are 0, 1, 2, ..."""
-    edge = edges(axis)
-    return float(edge[0]), float(edge[-1])
-
-
 def edges(axis: MapAxis) -> NDArray[np.float64]:
-    """The edges of the cells along an axis."""
+    """The edges of the cells along an axis; listed values are 0, 1, 2, ..."""
     count = len(axis.values)
     first, last = (float(axis.values[0]), float(axis.values[-1])) if axis.ranged else (0.0, count - 1.0)
     half = 0.5 * (last - first) / (count - 1) if count > 1 else 0.5
@@ -373,13 +362,5 @@ def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: Normalize, reque
         LogLocator(10.0, (1.0,) if decades > 3.0 else (1.0, 3.0) if decades > 1.5 else (1.0, 2.0, 5.0))
     )
     bar.ax.yaxis.set_minor_locator(NullLocator())
-    bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: length(value)))
+    bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: quantity(value, "m", 1)))
     bar.set_label("median position RMSE" if request.flights > 1 else "position RMSE")
-
-
-def length(metres: float) -> str:
-    """A length in the unit that suits it."""
-    for name, factor in (("m", 1.0), ("cm", 1e2), ("mm", 1e3), ("µm", 1e6)):
-        if metres * factor >= 0.9999:
-            return f"{metres * factor:.4g} {name}"
-    return f"{metres * 1e9:.4g} nm"

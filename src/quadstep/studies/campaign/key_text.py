@@ -51,9 +51,9 @@ def ranking(
             line += " The rest is due to whatever else is random in a flight, and to the coarseness of the estimate."
         elif clear and not campaign.file.correlated:
             together = min(1.0, sum(one.value for one in clear.values()))
-            known = f"Taken one by one, the {len(clear)} keys that matter for sure explain {100.0 * together:.3g} % together"
+            known = f"Taken one by one, the {len(clear)} significant keys together explain {100.0 * together:.3g} %"
             if len(clear) == 1:
-                known = f"Only {words(next(iter(clear)))} matters for sure, with {100.0 * together:.3g} %"
+                known = f"Only {words(next(iter(clear)))} is significant, with {100.0 * together:.3g} %"
             line += f" {known}; the rest is due to the others, interactions and noise."
         if pair and certain(pair.share, pair.pairs):
             line += (
@@ -81,9 +81,11 @@ def ranking(
 
 def keys(count: int, most: int) -> TableSection:
     text = "All flights, grouped by the key's value or into ranges of equal width (end ranges are merged until they have 20 "
-    text += f"flights){'; all other keys vary within each group' if count > 1 else ''}. Of each figure, first: the share that "
-    text += "succeeds, with exact 95 % intervals; second: the position RMSE of those that complete, its median (line) and its "
-    text += "middle 80 % (band)."
+    text += f"flights){'; all other keys vary within each group' if count > 1 else ''}. One panel shows the success rate "
+    text += (
+        "with exact 95 % intervals, the other the position RMSE of completed flights: its median (line) and its range from "
+    )
+    text += "10 to 90 % (band)."
     if count > most:
         text += f" These are the {most} of {count} keys that explain most; the others are in the flight files."
     return TableSection("Individual keys", "keys", text=text)
@@ -105,14 +107,17 @@ def over_key(key: str, unit: str, bins: Bins, shown: ByKey) -> str:
     if others and others[-1][1].value > worst.value:
         best = others[-1][1].value
         fewest, most_succeed = (
-            f"{groups([place for place, one in shown.good.items() if one.value == share])}, {units.percent(share)}"
+            f", {units.percent(share)}, {groups([place for place, one in shown.good.items() if one.value == share])}"
             for share in (worst.value, best)
         )
-        chance = worst.high >= max(one.low for _, one in others)
         near = [place for place, one in shown.good.items() if one.low <= worst.high and worst.value < one.value < best]
-        also = f", and not significantly higher {groups(near)}" if near and not chance else ""
-        said = f"the success rate is lowest {fewest}{also}; it is highest {most_succeed}"
-        said += ", which may be chance: the 95 % intervals overlap." if chance else "."
+        also = f" (not significantly higher {groups(near)})" if near else ""
+        said = f"the success rate is lowest{fewest}{also}, and highest{most_succeed}."
+        if worst.high >= max(one.low for _, one in others):
+            said = (
+                f"the success rate is {units.percent(worst.value)} to {units.percent(best)}; the 95 % interval of the lowest "
+            )
+            said += "overlaps those of all other groups."
     if len(shown.errors) > 1:
         ends = [edge(shown.errors, key=lambda place: shown.errors[place][1]) for edge in (min, max)]
         least, most = (f"{units.quantity(float(shown.errors[end][1]), 'm')} {group(end)}" for end in ends)

@@ -138,9 +138,9 @@ def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, N
                 axes[1].stairs(np.histogram(times, edges)[0], edges, color=LINE, linestyle=style, linewidth=1.2, label=name)
             axes[1].set_xlabel("time at which it ended [s]")
             axes[1].set_ylabel("flights")
-            axes[1].set_ylim(bottom=0.0)
+            axes[1].set_ylim(0.0, 1.5 * axes[1].get_ylim()[1])  # with room for the legend
             axes[1].yaxis.set_major_locator(MaxNLocator(5, integer=True))
-            axes[1].legend()
+            axes[1].legend(loc="upper left")
 
 
 NARROW = 3.0

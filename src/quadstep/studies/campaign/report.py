@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.io.run_record import FIGURES
 from quadstep.metrics.statistics import Estimate
-from quadstep.mission.fields import label, words
+from quadstep.mission.fields import label, unit, words
 from quadstep.mission.schema import Mission
 from quadstep.report import markup
 from quadstep.report.drawing import FigureJob
@@ -31,8 +31,16 @@ from quadstep.studies.campaign.pictures import (
     draw_ranking,
 )
 from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.campaign.sensitivity import ExplainedResult, FlightParts, Interaction, first_order, strongest_interaction
-from quadstep.studies.campaign.single import MOST_POINTS, draw_points, flown_again, others, write_flights
+from quadstep.studies.campaign.sensitivity import (
+    ExplainedResult,
+    FlightParts,
+    Interaction,
+    certain,
+    first_order,
+    strongest_interaction,
+)
+from quadstep.studies.campaign.single import MOST_POINTS, FlownAgain, draw_points, flown_again, others, write_flights
+from quadstep.studies.campaign.splits import in_common
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import CampaignSummary
 from quadstep.studies.campaign.varied import VariedKey, bins, varied
@@ -42,8 +50,8 @@ GLANCE: Mapping[str, Callable[[CampaignSummary], str]] = {
     "outcomes": text.most_often,
     "distributions": text.medians,
     "ranking": lambda _: (
-        "How much of the variance [%] each key explains on its own. A bar of the position RMSE (of its logarithm) says "
-        "what makes completed flights near or far, one of failure what makes flights fail. Thin lines: 95 % intervals."
+        "Share of the variance [%] that each key explains on its own: of the tracking error of completed flights (the "
+        "logarithm of their position RMSE), and of failure. Thin lines: 95 % intervals."
     ),
 }
 """Figures of the summary, if they are drawn, and what to see in them."""
@@ -98,10 +106,19 @@ def evidence(of: ReportSubject) -> Evidence:
     flown, summary, name = of.store.read([OUTCOME, TIME, RMSE, LARGEST, SUCCESS]), of.summary, of.campaign.file.name
     through = over_as(flown, OUTCOMES[0])
     rmse = np.where(through, number(flown[RMSE]), np.nan)
+    success, worst = flown[SUCCESS].to_numpy(), [one.flight for one in summary.worst]
+    seen = [*worst, *([] if summary.copies else others(rmse, worst))]
+    again = dict(zip(seen, flown_again(of.campaign, seen), strict=True))
+    mission, keys, logs = of.campaign.mission, of.campaign.file.keys, [one.log for one in again.values() if one.log]
+    begun = from_the_start(mission, keys, lambda key: number(of.store.read([key])[key]), number(flown[LARGEST]), through)
+    begun = begun or text.soon_after(logs, mission)
+    kinds = {"flights above a limit": through & ~success, "lost flights": ~through} if summary.statistical else {}
+    columns = {key: varied(of.store.read([key])[key], of.campaign.file.vary.get(key)) for key in of.campaign.file.keys}
     sections = [
         *distribution_section(of, flown, through),
-        *key_sections(of, rmse, flown[SUCCESS].to_numpy()),
-        *worst_section(of, flown),
+        *([TableSection(text=begun)] if begun else []),
+        *key_sections(of, columns, rmse, success),
+        *worst_section(of, flown, again),
         *text.opening(of.store, of.campaign, summary, of.path),
         *text.closing(summary.statistical),
     ]
@@ -111,11 +128,12 @@ def evidence(of: ReportSubject) -> Evidence:
         answer=text.answer(summary),
         sentences=(),
         record={},
-        facts=text.facts(summary),
+        facts=[one for one in text.facts(summary) if not (begun and one.what.endswith("largest error"))],
         figures=[figure(one, caption(summary)) for one, caption in GLANCE.items() if (of.folder / f"{one}.svg").is_file()],
         sections=sections,
         paper=text.for_a_paper(summary, name),
         grade=summary.rest,
+        more=in_common(kinds, columns, {key: unit(of.campaign.mission, key) for key in columns}),
     )
 
 
@@ -146,14 +164,6 @@ def distribution_section(of: ReportSubject, flown: pa.Table, through: NDArray[np
     if metrics:
         draw_distributions(of.folder / "distributions", metrics, of.summary.flights, of.sheet)
         body.append(text.distributions(of.summary))
-        said = from_the_start(
-            of.campaign.mission,
-            of.campaign.file.keys,
-            lambda key: number(of.store.read([key])[key]),
-            number(flown[LARGEST]),
-            through,
-        )
-        body += [TableSection(text=said)] * bool(said)
     return body
 
 
@@ -186,14 +196,15 @@ def limits_of(campaign: Campaign) -> dict[str, float]:
     return {campaign.thresholds[name]: limit for name, limit in campaign.file.failure.items()}
 
 
-def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[np.bool_]) -> list[Section]:
+def key_sections(
+    of: ReportSubject, columns: Mapping[str, VariedKey], rmse: NDArray[np.float64], success: NDArray[np.bool_]
+) -> list[Section]:
     """What the result depends on: the ranking, then key by key."""
     campaign = of.campaign
     keys = campaign.file.keys
     if not keys:
         what = "Nothing" if of.summary.copies else "Only the noise"
         return [TableSection("Sensitivity", "ranking", text=f"{what} varies from flight to flight.")]
-    columns = {key: varied(of.store.read([key])[key], campaign.file.vary.get(key)) for key in keys}
     found = {
         key_text.ERROR: explained_error(columns, rmse, campaign),
         key_text.FAILURE: explained_failure(columns, success, campaign),
@@ -205,13 +216,17 @@ def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[
         draw_ranking(of.folder / "ranking", first, of.sheet)
     body += key_text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()})
     body.append(key_text.keys(len(keys), MOST_PICTURES))
+    others: list[Figure] = []
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
         cut = bins(columns[key], campaign.file.vary.get(key))
         name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
         shown, full = by_key(cut, success, rmse), label(campaign.mission, key)
         draw_key(of.folder / name, full, cut, shown, of.sheet)
-        body.append(figure(name, key_text.over_key(words(key), full.partition(" [")[2].rstrip("]"), cut, shown)))
-    return body
+        one = figure(name, key_text.over_key(words(key), full.partition(" [")[2].rstrip("]"), cut, shown))
+        matters = any(certain(found, len(ranking)) for found in ranking[key].values()) or len(keys) == 1
+        (body if matters else others).append(one)
+    rest = "".join(one.html(of.out) for one in others)
+    return [*body, *([markup.disclosure("Keys whose share is not significantly above zero", rest)] if rest else [])]
 
 
 def ranked(keys: list[str], estimates: Mapping[str, Mapping[str, Estimate]]) -> dict[str, dict[str, Estimate]]:
@@ -248,12 +263,10 @@ def explained(result: ExplainedResult, parts: Mapping[str, FlightParts], campaig
     return RankedKeys(shares, None if campaign.file.correlated else strongest_interaction(result, most))
 
 
-def worst_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
+def worst_section(of: ReportSubject, flown: pa.Table, again: Mapping[int, FlownAgain]) -> list[Section]:
     """Flights that can be seen to move; the worst: what was drawn, how to fly each again, and its picture, flown again."""
     summary, worst = of.summary, [one.flight for one in of.summary.worst]
     through = over_as(flown, OUTCOMES[0])
-    more = [] if summary.copies else others(np.where(through, number(flown[RMSE]), np.nan), worst)
-    again = dict(zip([*worst, *more], flown_again(of.campaign, [*worst, *more]), strict=True))
     links = write_flights(of.out, of.campaign, again)
     body = moving(of, flown, ~through, links) if links else []
     values = [

@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
-from quadstep.metrics.quantities import position_errors
+from quadstep.metrics.quantities import LoggedFlight, position_error, position_errors
 from quadstep.metrics.statistics import Estimate, exact_share
 from quadstep.mission.fields import label
+from quadstep.mission.schema import Mission
 from quadstep.report import markup, units
 from quadstep.report.evidence import Section, TableSection
 from quadstep.report.publish import booktabs
@@ -120,9 +122,8 @@ def ended(summary: CampaignSummary) -> dict[str, int]:
 
 def most_often(summary: CampaignSummary) -> str:
     """What to see of how the flights ended."""
-    name, count = max(ended(summary).items(), key=lambda one: one[1])
-    early = " The second part shows when flights were lost." if len(summary.outcomes.keys() - {OUTCOMES[0]}) else ""
-    return f"Most often, in {count} of {units.counted(summary.flights, 'flight')}: {name}.{early}"
+    early = " The other panel shows when flights were lost." if summary.outcomes.keys() - {OUTCOMES[0]} else ""
+    return f"{ended(summary)[SUCCEEDED]} of {units.counted(summary.flights, 'flight')} succeeded.{early}"
 
 
 def medians(summary: CampaignSummary) -> str:
@@ -132,10 +133,9 @@ def medians(summary: CampaignSummary) -> str:
         f"{units.quantity(one.quantiles[QUANTILES[0]].value, 'm')}"
         for place, one in enumerate(summary.spreads)
     ]
-    return (
-        f"H{units.listed(half)[1:]}. Above: the number of flights by error; below: the share "
-        "of all flights, lost ones included, whose error is larger. Dashed: the limit, if there is one."
-    )
+    early = ", lost ones included," * bool(summary.outcomes.keys() - {OUTCOMES[0]})
+    said = f"Above: number of flights by error; below: share of all flights{early} whose error is larger."
+    return f"H{units.listed(half)[1:]}. {said}{' A dashed line is a limit.' * ('limit' in summary.meaning)}"
 
 
 def outcomes(summary: CampaignSummary) -> TableSection:
@@ -195,6 +195,27 @@ def from_the_start(largest: NDArray[np.float64], offsets: NDArray[np.float64], c
     said = f"In {count} of {units.counted(len(largest), 'completed flight')} the largest error is the one at the start"
     said += ", which is off the path."
     return f"{said} Set `score_from` in the mission to leave the first seconds out." if can_leave_out else said
+
+
+FIRST = 0.1
+"""Of the time in which errors count, what may still be the start."""
+
+
+def soon_after(logs: Sequence[FlightLog], mission: Mission) -> str:
+    """That the largest errors come as soon as errors count, if those of most completed flights do; else nothing."""
+    since, counts = float(mission.scored_from), []
+    for log in (one for one in logs if one.outcome is Outcome.COMPLETED):
+        found = position_error(LoggedFlight(log, since))
+        if found and len(found.t):
+            last, peak = float(found.t[-1]), float(found.t[np.linalg.norm(found.values, axis=1).argmax()])
+            counts.append(peak - since <= FIRST * (last - since))
+    if 2 * sum(counts) <= len(counts):
+        return ""
+    later = " Set a later `score_from` in the mission to leave it out." if "score_from" in type(mission).model_fields else ""
+    return (
+        f"In {sum(counts)} of the {len(counts)} completed flights below, the largest error is in the first tenth of the time "
+        f"that counts: it is probably that of the start.{later}"
+    )
 
 
 def worst(

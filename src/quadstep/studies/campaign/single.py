@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.font_manager import FontProperties
+from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from quadstep.engines.fly import fly_all
@@ -77,19 +78,6 @@ MOST_OTHERS = 7
 
 MOST_POINTS = 1000
 """Flights that are drawn: the first of the campaign, which are as good a sample as any."""
-
-
-class Rectangle(NamedTuple):
-    """A place that is taken in a figure [points]."""
-
-    left: float
-    bottom: float
-    right: float
-    top: float
-
-    def meets(self, other: "Rectangle") -> bool:
-        across = self.left < other.right and other.left < self.right
-        return across and self.bottom < other.top and other.bottom < self.top
 
 
 class FlownAgain(NamedTuple):
@@ -171,16 +159,16 @@ def draw_points(
         }
         left, bottom, right, top = (np.array(axes.bbox.extents) * 72.0 / figure.dpi).tolist()
         size = FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
-        key = Rectangle(left, top - 4.0 * size, left + 10.0 * size, top)
-        taken = [key, *(Rectangle(*(ring - RING), *(ring + RING)) for ring in rings.values())]
+        key = Bbox.from_extents(left, top - 4.0 * size, left + 10.0 * size, top)
+        taken = [key, *(Bbox([ring - RING, ring + RING]) for ring in rings.values())]
         for flight, ring in rings.items():
             at, link = (x[flight], y[flight]), links[flight]
             axes.scatter(*at, 130.0, color=[(1.0, 1.0, 1.0, 0.01)], edgecolor=LINE, zorder=3, urls=[link])
             half = np.array([0.32 * size * len(str(flight)), 0.5 * size])
             for middle in (ring + np.array(way) * (RING + half) for way in AROUND):
-                box = Rectangle(*(middle - half), *(middle + half))
-                inside = box.left >= left and box.right <= right and box.bottom >= bottom and box.top <= top
-                if inside and not any(box.meets(other) for other in taken):
+                box = Bbox([middle - half, middle + half])
+                inside = box.x0 >= left and box.x1 <= right and box.y0 >= bottom and box.y1 <= top
+                if inside and not any(box.overlaps(other) for other in taken):
                     taken.append(box)
                     looks: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": size, "bbox": CLEAR}
                     axes.annotate(str(flight), at, (middle - ring).tolist(), textcoords="offset points", url=link, **looks)
