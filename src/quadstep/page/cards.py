@@ -25,7 +25,7 @@ DROP = (
 LEGEND = (
     "Pictures of flights: the line is the path flown, the pale band the desired path; a cross marks where a flight was lost."
 )
-PANELS = "Pictures of studies: the first panel of a figure, with its vertical quantity above it and its horizontal one below."
+PANELS = "Pictures of studies: the first panel of a figure; its vertical quantity stands above it, its horizontal one below."
 
 
 def part(name: str, package: str = "quadstep.page") -> str:
@@ -57,7 +57,7 @@ def bar(folders: Iterable[ResultFolder]) -> str:
         '<input data-scripted type="search" id="search" placeholder="Search" aria-label="Search results">'
         f'<select data-scripted id="kind" aria-label="Kind"><option value="">all kinds</option>{kinds}</select>'
         f'<select data-scripted id="order" aria-label="Order">{options}</select>'
-        '<span data-scripted id="count" role="status"></span></div>'
+        '<span data-scripted id="count" role="status"></span> <button data-scripted id="all" hidden>Show all</button></div>'
     )
 
 

@@ -121,10 +121,11 @@ def results_in(root: Path, folder: Path) -> list[ResultFolder]:
     page = REPORT if REPORT in found else next(iter([*known, *pages]), "")
     begins = report_opening(folder / page) if page.endswith(".html") else ReportOpening()
     others = {name: report_opening(folder / name) for name in pages[:MOST_PAGES]}
-    own = {name: one for name, one in others.items() if one.kind and not (known and one.kind == begins.kind)}
+    loose = len(pages) + len(known) > 1 and not {MANIFEST, REPORT, *KINDS} & found.keys()
+    own = {name: one for name, one in others.items() if loose or (one.kind and not (known and one.kind == begins.kind))}
     place = folder.relative_to(root)
     alone = [
-        ResultFolder(place, one.title, one.answer, found[name], (name,), one.kind, facts=one.facts)
+        ResultFolder(place, one.title or name, one.answer, found[name], (name,), one.kind or "Page", facts=one.facts)
         for name, one in own.items()
     ]
     shown = [*known, *(name for name in others if name not in own)]

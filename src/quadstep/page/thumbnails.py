@@ -6,13 +6,12 @@ import os
 import re
 from html import escape, unescape
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.io.files import LONGEST_LINE
-from quadstep.report import colours, units
+from quadstep.report import colours
 
 ROWS = 240
 """Of a log that are drawn."""
@@ -79,7 +78,7 @@ LARGEST_FIGURE, TOP = 4_000_000, 20.0
 
 
 def first_panel(figure: io.BufferedReader) -> str:
-    """The first panel of a figure of ours, an SVG, as large as the card, its axes told in letters that can be read; another's
+    """The first panel of a figure of ours, an SVG, as large as the card, its axes named in letters that can be read; another's
     as it is. Raises ValueError for a file that is too large.
     """
     with figure:
@@ -90,7 +89,7 @@ def first_panel(figure: io.BufferedReader) -> str:
         one = json.loads(unescape(AXES.search(text)[1]))[0]  # type: ignore[index]
         body = colours.themed(BODY.search(text)[1])  # type: ignore[index]
         box = " ".join(f"{float(number):.2f}" for number in one["box"])
-        below, above = range_text(one["across"], one["x"]), range_text(one["up"], one["y"])
+        below, above = (escape(re.sub("[{}]", "", one[label])) for label in ("across", "up"))
     except (AttributeError, TypeError, ValueError, KeyError, IndexError, RecursionError):
         return text
     return stamped(
@@ -98,16 +97,6 @@ def first_panel(figure: io.BufferedReader) -> str:
         f'preserveAspectRatio="none">{body}</svg><text x="10" y="14" {written(12)}>{above}</text>'
         f'<text x="{WIDE - 10:g}" y="{HIGH - 6:g}" text-anchor="end" {written(12)}>{below}</text>'
     )
-
-
-def range_text(label: str, axis: dict[str, Any]) -> str:
-    """An axis in words, as markup: what, from where to where, in which unit."""
-    name, _, unit = label.partition(" [")
-    if not name:
-        return ""
-    numbers = f"{units.number(axis['low'], 2)} to {units.number(axis['high'], 2)}"
-    said = f"{re.sub('[{}]', '', name)}: {numbers} {unit.removesuffix(']')}".strip()
-    return escape(said if axis["kind"] == "linear" else f"{said}, logarithmic")
 
 
 def line(points: NDArray[np.float64], style: str) -> str:
