@@ -283,7 +283,7 @@ def test_numbers_that_yaw_determines_are_told_as_they_are_written(truth):
         assert found.fitted[key][:3] == pytest.approx([factor * one for one in fitted[key][:3]])
         assert found.fitted[key].value == pytest.approx(value, rel=1e-5)
         assert f"{value:.4g}, proportional to J_z" in written.sources[key]
-        assert "; 95 % of the fit alone: -10 to +20 %" in written.sources[key]
+        assert "; 95 % of the fit alone: −10 to +20 %" in written.sources[key]
     assert written.sources["command.exponent"] == "as it was: the reason"
     assert as_toml(written).startswith("# Not determined by the flights that it was identified from")
     assert written.doubts() == ["vehicle: the flights from which it was identified do not determine command.exponent"]

@@ -10,6 +10,7 @@ from quadstep.identify.averages import blocks
 from quadstep.identify.fit import DYNAMIC, UNDETERMINED, WINDY, Fitted, Identified, by_rotors, from_averages, identify
 from quadstep.identify.flown_setpoints import hover_ratio
 from quadstep.identify.intervals import AVERAGED, noise_bias
+from quadstep.identify.known import fitted, graded, outside
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.mean_forces import MOST_TILT, exponents, forces, wind_lean
 from quadstep.identify.parameters import VEHICLE, numbers_of
@@ -19,6 +20,7 @@ from quadstep.identify.residual import Followed
 from quadstep.identify.run import Identification, answer, worse_than_none
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.io.errors import UserError
+from quadstep.mission.listings import load_preset
 from quadstep.mission.read import check_mission
 from quadstep.report.units import percent
 from quadstep.vehicle.allocation import mixing
@@ -192,26 +194,39 @@ def compared(ratios):
 
 def test_the_first_sentence_and_the_cards_say_the_same_of_the_same_predictions(flight_numbers):
     found = Identified(
-        flight_numbers, None, {"command.speed": Fitted(1.0, 0.9, 1.1, "", "made")}, {"inertia[0]": UNDETERMINED}
+        flight_numbers, None, {"command.speed": Fitted(1.0, 0.95, 1.05, "", "made")}, {"inertia[0]": UNDETERMINED}
     )
     worse = Identification(
         start("x500"), found, ["a"], found, compared([0.2, 0.5, 1.13, 1.63]), compared([0.1, 0.6, 0.82, 0.86])
     )  # fmt: skip
     said = answer(worse, 0.01)
-    assert said.startswith("On 1 flight held out of the fit, 0.5\u00a0s ahead the predicted position is off by 200\u00a0mm")
-    assert "better than no model in this flight (not so attitude and rates). That is from commands alone;" in said
-    assert "predictions that know the setpoints too are off by 100\u00a0mm. 1 of 2 vehicle parameters were identified" in said
-    assert said.endswith("(but not inertia about x). One of these is only as exact as the given mass, thrust coefficient or "
-                         "inertia about z.")  # fmt: skip
+    begins = "On 1 flight held out of the first fit, the position predicted 0.5\u00a0s ahead from commands alone is off by 200"
+    assert said.startswith(f"{begins}\u00a0mm on average, 20 % of the error")
+    assert (
+        ": on this flight, the model predicts position and velocity better than the baselines, but attitude and rates " in said
+    )
+    assert (
+        "rates worse. Predictions that know the setpoints too are off by 100\u00a0mm. The vehicle file is from a second"
+        in said
+    )
+    known = (
+        "1 of 2 vehicle parameters were identified: 1 well (to within 10 %), none roughly (to within 50 %) and none barely."
+    )
+    assert said.endswith(f"{known} Of these, 1 can be no more accurate than the given mass, thrust coefficient and yaw "
+                         "inertia.")  # fmt: skip
+    assert all(one.more.startswith("0.5\u00a0s ahead from commands alone: ") for one in facts(worse.commands, 0.01))
     cards = [one.more.partition(": ")[2] for one in facts(worse.commands, 0.01)]
     constant, still = "the error if velocity and rates stayed constant", "the error if rates were zero"
     assert percent(0.2) in said
     assert cards == [f"{percent(one)} of {than}" for one, than in
                      ((0.2, constant), (0.5, constant), (1.13, constant), (1.63 / 0.95, still))]  # fmt: skip
-    assert "(not so rates)" in answer(worse._replace(commands=compared([0.2, 0.5, 0.8, 0.97])), 0.01)
-    fine = worse._replace(commands=compared([0.2, 0.5, 0.8, 0.9]))
-    assert "not so" not in answer(fine, 0.01)
-    sagging = "The modelled thrust is 0.90 to 1.10 times the thrust needed: predictions learn it from the log, a simulated"
+    mixed = answer(worse._replace(commands=compared([0.2, 0.95, 0.8, 0.97])), 0.01)
+    assert "predicts position and attitude better than the baselines, but velocity hardly better and rates worse." in mixed
+    fine = worse._replace(commands=compared([0.2, 0.5, 0.8, 0.6]))
+    assert "predicts position, velocity, attitude and rates better than the baselines." in answer(fine, 0.01)
+    sagging = (
+        "The modelled thrust is 0.90 to 1.10 times the thrust needed: predictions correct for this from the log; a simulated"
+    )
     assert sagging in answer(fine._replace(thrust=(0.9, 1.1)), 0.01)
     assert answer(fine._replace(commands=None), 0.01).startswith("No flight was held out, so nothing shows how well")
 
@@ -248,3 +263,30 @@ def test_more_unexplained_angular_acceleration_than_was_measured_is_said_with_ax
         "More angular acceleration is unexplained than was measured (RMS) about x in 1 of 2 flights and about z in 2 of 2 "
         "flights."
     )
+
+
+def test_numbers_of_the_starting_vehicle_outside_the_intervals_are_said_and_marked(flight_numbers):
+    given = load_preset("crazyflie")
+    found = {
+        "inertia[0]": Fitted(3.2e-5, 1.9e-5, 4.8e-5, "kg m^2", "made"),
+        "inertia[1]": Fitted(1.7e-5, 1.6e-5, 1.8e-5, "kg m^2", "made"),
+        "rotor.rise_time": Fitted(0.039, 0.03, 0.071, "s", "made"),
+        "command.delay": Fitted(0.012, 0.006, 0.019, "s", "made"),
+        "centre_of_gravity[1]": Fitted(-0.00078, -0.003, 0.0016, "m", "made"),
+    }
+    fit = Identified(flight_numbers, None, found, {})
+    assert outside(fit, given) == "Outside the fit's intervals: the starting vehicle's inertia about x and rotor rise time."
+    assert graded(fit).startswith(
+        "5 of 5 vehicle parameters were identified: 1 well (to within 10 %), 1 roughly (to within 50 %) and 2 barely; 1 "
+        "can have either sign (see the intervals). Of these, 2 can"
+    )
+    alone, scaled = fitted(fit, given, 5.5e-5)
+    assert [row[1:5] for row in alone.rows] == [
+        ("39\u00a0ms", "30 to 71", "72.0, outside", "barely"),
+        ("12\u00a0ms", "6 to 19", "–", "barely"),
+        ("−0.78\u00a0mm", "−3.00 to 1.60", "–", "–"),
+    ]
+    assert scaled.rows[0][2:] == ("−41 to +50 %", "1.68 × 10⁻⁵, outside", "roughly", "m")
+    assert scaled.rows[1][3:5] == ("1.68 × 10⁻⁵", "well")
+    assert "J_z = 5.50 × 10⁻⁵ kg m^2 (given: 2.98 × 10⁻⁵)" in scaled.text
+    assert outside(fit._replace(fitted={}), given) == ""

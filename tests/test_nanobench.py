@@ -47,6 +47,6 @@ def test_flights_that_were_not_fitted_are_predicted(found, held):
 def test_flights_that_were_not_fitted_are_followed_as_the_real_vehicle_did(found, held):
     flown = fly_again(held, identified_vehicle(start(), found, "", ""), {"type": "pid"})
     assert all(0.5 < one.simulated.rmse / one.real.rmse < 2.0 for one in flown)
-    assert sum(abs(one.simulated.lead - one.real.lead) < 0.085 for one in flown) >= 2
+    assert sum(abs(one.simulated.lag - one.real.lag) < 0.085 for one in flown) >= 2
     # The lag is not determined and stays as in --vehicle, too slow for the position loop: the third rings (docs/logs.md).
     assert sum(abs(one.simulated.tilt - one.real.tilt) < math.radians(4.0) for one in flown) >= 2

@@ -78,13 +78,18 @@ def test_the_report_shows_predictions_simulations_and_estimates(tmp_path, logs):
     said = text_of(tmp_path / "r" / "report.html")
     content = json.loads((tmp_path / "r" / "metrics.json").read_text())
     error = 1e3 * content["position_error_50_ahead[m]"]
-    assert re.search(rf"0\.5 s ahead the predicted position is off by {error:.3g}\d* mm on average, \d", said)
+    assert re.search(
+        rf"The position predicted 0\.5 s ahead from commands alone is off by {error:.3g}\d* mm on average, \d", said
+    )
     assert re.search(
         r"The simulated RMSE is within a factor of two of the real one in \d of 2 flights, and the simulated", said
     )
     assert "The Kalman filter's position is off by" in said
     for words in (
-        "crazyflie, 2 flights",
+        "Bitcraze Crazyflie 2.1 (crazyflie) on 2 flights",
+        "0.5 s ahead from commands alone: ",
+        "(the least well predicted of 2 flights): measured, and predicted 0.1 s earlier",
+        "Settings vehicle crazyflie, 0.0328 kg flights B0_made, B1_made",
         "zero rate",
         "B0_made: setpoint, real",
         "B1_made: how far estimates",
@@ -93,9 +98,10 @@ def test_the_report_shows_predictions_simulations_and_estimates(tmp_path, logs):
     ):
         assert words.lower() in said.lower(), words
     names = files(tmp_path / "r")
-    for name in ("errors", "again0", "again1", "estimate0", "estimate1"):
+    for name in ("errors", "predicted0", "again0", "again1", "estimate0", "estimate1"):
         assert {f"figures/{name}.png", f"figures/{name}.svg"} <= set(names)
-    assert (tmp_path / "r" / "report.html").read_text().count("<figure") == 5
+    assert (tmp_path / "r" / "report.html").read_text().count("<figure") == 6
+    assert '<a href="tracking.csv">' in (tmp_path / "r" / "report.html").read_text()
     assert [row["which"] for row in rows_of(tmp_path / "r" / "tracking.csv")] == ["real", "simulated"] * 2
     assert [row["flight"] for row in rows_of(tmp_path / "r" / "estimates.csv")] == ["B0_made", "B1_made"]
     errors = rows_of(tmp_path / "r" / "prediction_errors.csv")
@@ -128,11 +134,16 @@ def test_a_recording_to_which_a_vehicle_was_fitted_is_known_by_its_motion_and_is
         assert run.code == 0, run.err
         return " ".join(run.out.split())
 
-    known = "The vehicle was identified from the recording of {}, so this does not test it. "
+    known = "The vehicle was identified from the recording of {}, so this does not test it: "
     for path in (logs / "B0_made.csv", renamed, half):
-        assert known.format("this flight") in message_of(path)
+        said = message_of(path)
+        assert known.format("this flight") in said
+        assert "the model predicts" not in said
     assert known.format("half") in message_of(half, other)
-    assert "does not test it" not in message_of(other)
+    assert "the model predicts" not in message_of(half, other)
+    said = message_of(other)
+    assert "does not test it" not in said
+    assert ": on this flight, the model predicts" in said
 
 
 def test_parts_of_one_recording_are_not_two_flights(tmp_path, logs):
@@ -165,9 +176,15 @@ def test_a_replay_is_drawn_with_the_signals_that_are_asked_for(tmp_path, logs):
     names = [name for name in files(tmp_path / "r") if name.startswith("figures/")]
     axes = {name: (tmp_path / "r" / name).read_text().count('<g id="axes') for name in names}
     assert axes == {"figures/again0.svg": 1, "figures/errors.svg": 2}
+    run = replayed(logs, tmp_path / "t", "--figures", "svg", "--signals", "yaw rate", count=1)
+    assert run.code == 0, run.err
+    assert (tmp_path / "t" / "figures" / "predicted0.svg").read_text().count('<g id="axes') == 1
     run = replayed(logs, tmp_path / "s", "--signals", "tilt")
     assert run.refused
-    assert "--signals: unknown signal 'tilt'; allowed: errors, position, velocity, attitude, rates" in run.err
+    assert (
+        "--signals: unknown signal 'tilt'; allowed: errors, predicted, position, velocity, attitude, rates, roll rate"
+        in run.err
+    )
 
 
 @pytest.mark.parametrize(("ratio", "said"), [
@@ -223,9 +240,14 @@ def test_motors_that_never_run_or_are_beyond_full_are_named(tmp_path, logs, fact
 def test_a_wrong_thrust_comes_before_what_rests_on_it(tmp_path, logs):
     right = ErrorTable(("a",), HORIZONS, *([np.full((3, 4, 1), size) for size in (0.1, 1.0, 1.0)]), 100)
     found = Replayed(0.01, [Predictions("predictions", right)], (0.83, 1.02), [], [])
-    better = "if velocity and rates stayed constant: the vehicle predicts better than no model in this flight."
-    said = "The modelled thrust is 0.83 to 1.02 times the thrust needed: predictions learn it from the log, a simulated"
-    assert answer(found).endswith(f"{better} {said} flight does not.")
+    better = (
+        "if velocity and rates stayed constant: on this flight, the model predicts position, velocity, attitude and rates "
+    )
+    better += "better than the baselines."
+    said = (
+        "The modelled thrust is 0.83 to 1.02 times the thrust needed: predictions correct for this from the log; a simulated"
+    )
+    assert answer(found).endswith(f"{better} {said} flight cannot.")
     assert answer(found._replace(thrust=(0.97, 1.04))).endswith(better)
     assert answer(found._replace(thrust=None)).endswith(better)
     log = logs / "B0_made.csv"
@@ -242,7 +264,7 @@ def test_a_folder_holds_one_replay(tmp_path, logs):
     assert files(tmp_path / "r") == first
     run = replayed(logs, tmp_path / "r", "--commands-only", count=1)
     assert run.code == 2
-    assert "holds other results (crazyflie, B0_made)" in run.err
+    assert "holds other results (Bitcraze Crazyflie 2.1 (crazyflie) on B0_made)" in run.err
     assert files(tmp_path / "r") == first
     assert replayed(logs, tmp_path / "r", "--commands-only", "--overwrite", count=1).code == 0
 

@@ -96,7 +96,7 @@ SAID = {
     "linear": "The slowest poles",
     "what-if": "In gusts, at rest, and in a step in calm air",
     "prove": "proved: every flight whose start is within",
-    "replay": "what, samples ahead",
+    "replay": "mean error after",
     "vehicle fit": "Wrote sheet",
     "completion": "complete -o default -F _quadstep_completion quadstep",
     "identify": "IMU tilt about x",

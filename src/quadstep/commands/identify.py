@@ -71,7 +71,7 @@ def identify(
 
     Logs cannot reveal the mass; it comes from --vehicle or --mass.
     """
-    from quadstep.identify.run import evidence, run
+    from quadstep.identify.run import evidence, followers, run
     from quadstep.identify.vehicle_file import as_toml
     from quadstep.io.files import refuse_other, write_beside
     from quadstep.mission.listings import vehicle_named
@@ -92,12 +92,13 @@ def identify(
     check_logs(flights, section, trust)
     result = run(flights, section, source, hold_out, lambda what: complain(f"fitting: {what}"), residual, still_air)
     write_beside(out, as_toml(result.vehicle))
-    told = evidence(result, flights, section, source)
+    found = followers(result, flights, section)
+    told = evidence(result, flights, section, source, found)
     if report:
         from quadstep.identify.pages import write_identification
 
         complain("drawing: the report")
-        write_identification(out.with_suffix(".html"), told, result, flights, section)
+        write_identification(out.with_suffix(".html"), told, result, flights, section, found)
     show(told, None)
     say(f"{counted(len(flights), 'flight')} in {time.monotonic() - begun:.0f} s")
     pages = f" and {out.with_suffix('.html')}" if report else ""
@@ -137,7 +138,7 @@ def replay(
 ) -> None:
     """Predict logged flights from their measured states and commands, and report the errors.
 
-    Mean errors 1, 10 and 50 samples ahead are compared with those of two guesses: velocity and rates stay constant
+    Mean errors 1, 10 and 50 samples ahead are compared with those of two baselines: velocity and rates stay constant
     ("constant"), or the rates are zero. --out writes report.html, figures/, prediction_errors.csv and, if requested,
     tracking.csv and estimates.csv.
     """
@@ -162,7 +163,7 @@ def replay(
     if starts and predictions:
         write_predictions(flights, section, starts, predictions, commands_only, warnings)
         return
-    asked = ReplayRequest(Path(vehicle).stem, section, chosen, estimator, commands_only, residual, out is not None)
+    asked = ReplayRequest(Path(vehicle).name, section, chosen, estimator, commands_only, residual, out is not None)
     drawn_on.check_signals(panels_of(asked))
     if out:
         files_to_replace(out, identity(flights, asked), overwrite)  # before anything is computed

@@ -48,7 +48,7 @@ REFITTED = 6
 MOST_DELAY = 0.02
 """Largest half of the delay's interval within which numbers from averages are tried [s]."""
 
-UNDETERMINED = "not identifiable from these flights"
+UNDETERMINED = "not determined by these flights"
 WINDY = "a light wind would make the vehicle lean in the same way; turn it in flight, or pass --still-air if there was no wind"
 
 CHECKED = ("drag.rotor[2]", "drag.flapping")
@@ -290,7 +290,7 @@ def fitted_numbers(
             kept[one.key] = WINDY if one.key.startswith(("imu.tilt", "centre_of_gravity")) and lean > 0.0 else UNDETERMINED
             continue
         if one.key in small:
-            kept[one.key] = "it is too small to be distinguished from zero"
+            kept[one.key] = "too small to be distinguished from zero"
             continue
         low, high = x - half, x + half
         ends = (math.exp(low), math.exp(min(high, 700.0))) if one.logarithmic else (max(low, one.low), min(high, one.high))

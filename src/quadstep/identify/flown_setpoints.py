@@ -25,7 +25,7 @@ from quadstep.world.paths import SetpointParameters, Setpoints
 SETTLING = 1.0
 """Time at the start that is not compared [s]."""
 
-LONGEST_LEAD = 1.2
+LONGEST_LAG = 1.2
 INTEGRAL = 4.0 / 3.0
 """I gain of the body rates over their P gain [1/s]: PX4's defaults (0.2 over 0.15); ArduPilot's are 1, the Crazyflie's 2."""
 PARTS = 3
@@ -35,12 +35,12 @@ WRONG = 0.05
 
 
 class Tracking(NamedTuple):
-    """How a flight follows its setpoints. rmse [m]: of the position. lead [s]: by how much the setpoint leads the
-    position. tilt [rad]: the 99 % quantile. rate [rad/s]: mean magnitude.
+    """How a flight follows its setpoints. rmse [m]: of the position. lag [s]: of the position behind the
+    setpoint. tilt [rad]: the 99 % quantile. rate [rad/s]: mean magnitude.
     """
 
     rmse: float
-    lead: float
+    lag: float
     tilt: float
     rate: float
 
@@ -76,7 +76,7 @@ def stretch(flight: FlightRecord) -> slice:
 
 def tracking(position: Floats, attitude: Floats, rates: Floats, setpoint: Floats, period: float) -> Tracking:
     """The quantities compared of a flight, after it has settled."""
-    first, most = round(SETTLING / period), round(LONGEST_LEAD / period)
+    first, most = round(SETTLING / period), round(LONGEST_LAG / period)
     errors = [
         np.sqrt(((setpoint[: len(setpoint) - late] - position[late:]) ** 2).sum(axis=1)[first:].mean())
         for late in range(min(most, len(position) - first - 2))
@@ -84,7 +84,7 @@ def tracking(position: Floats, attitude: Floats, rates: Floats, setpoint: Floats
     up = 1.0 - 2.0 * (attitude[first:, 1] ** 2 + attitude[first:, 2] ** 2)
     return Tracking(
         rmse=float(errors[0]),
-        lead=int(np.argmin(errors)) * period,
+        lag=int(np.argmin(errors)) * period,
         tilt=float(np.percentile(np.arccos(np.clip(up, -1.0, 1.0)), 99)),
         rate=float(np.linalg.norm(rates[first:], axis=1).mean()),
     )

@@ -12,10 +12,10 @@ from matplotlib.axes import Axes
 from quadstep.identify.filtered_logs import Deviation, Estimated
 from quadstep.identify.flown_setpoints import FlightComparison, fly_again
 from quadstep.identify.logs.flight import FlightRecord, Floats, spectrum
-from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest
-from quadstep.identify.replay_report import ESTIMATED, FACTOR, UNIT, identity, tracking_table, write_tables
+from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, ready
+from quadstep.identify.replay_report import ESTIMATED, FACTOR, PREDICTED, UNIT, identity, tracking_table, write_tables
 from quadstep.identify.residual import Followed, followed
-from quadstep.identify.run import Identification, unexplained, worse_than_none
+from quadstep.identify.run import Identification, unexplained
 from quadstep.identify.starts import GROUPS, HORIZONS
 from quadstep.identify.vehicle_file import identified_vehicle
 from quadstep.io.errors import UserError
@@ -34,8 +34,8 @@ from quadstep.report.units import handy, quantity
 
 ERRORS = f"{FIGURES}/errors"
 AGAINST_GUESSES = (
-    "Mean prediction error against the time ahead, and that of two guesses without a model: velocity and rates stay constant, "
-    "or the rates are zero. The vehicle helps where its line is below both."
+    "Mean prediction error against the time ahead, and that of two baselines without a model: velocity and rates stay "
+    "constant, or the rates are zero. The vehicle helps where its line is below both."
 )
 
 AHEAD = 10
@@ -57,27 +57,39 @@ def write_replay(
     with publishing(folder, identity(flights, request), overwrite) as out:
         (out / FIGURES).mkdir()
         write_tables(out, result)
-        illustrated(evidence, result, out, sheet.with_svg()).write(out)
+        illustrated(evidence, result, out, sheet.with_svg(), least_predicted(flights, request, result)).write(out)
 
 
-def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet) -> Evidence:
-    """The same with its figures, which are drawn into a folder: errors at the top, a flight of the others with its table, the
-    rest below.
+def least_predicted(flights: Sequence[FlightRecord], request: ReplayRequest, result: Replayed) -> list[FigureJob]:
+    """The flight whose position is predicted worst, over time."""
+    errors = result.predictions[0].compared
+    name = errors.names[int(errors.predicted[errors.horizons.index(HORIZONS[-1]), 0].argmax())]
+    numbers, guided = ready(flights, request.section, request.commands_only)
+    one = followed(next(flight for flight in flights if flight.name == name), request.section, numbers, guided)
+    kind = f"the least well predicted of {len(errors.names)} flights" * (len(errors.names) > 1)
+    return [prediction_picture(one, 0, kind)] if one else []
+
+
+def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet, least: Sequence[FigureJob]) -> Evidence:
+    """The same with its figures, which are drawn into a folder: errors and `least_predicted` at the top, a flight of the
+    others with its table, the rest below.
     """
     groups = sheet.chosen(("errors", one, one) for one in GROUPS)
+    top = [figure_of(out, job, sheet) for job in with_signals("predicted", least, sheet)]
     if groups:
         draw_errors(out / ERRORS, result.predictions[0].compared, result.period, sheet, groups)
+        top = [Figure(ERRORS, AGAINST_GUESSES), *top]
     again = with_signals("again", [flight_picture(one, place) for place, one in enumerate(result.flown)], sheet)
     estimates = with_signals("estimate", [estimate_picture(one, place) for place, one in enumerate(result.estimates)], sheet)
     flown, estimated = ([figure_of(out, job, sheet) for job in jobs] for jobs in (again, estimates))
     rest = [*flown[1:], *estimated[1:]]
     several = "s" * (max(len(flown), len(estimated)) > 2)
     more = [markup.heading(f"The other flight{several}", "others")] if rest else []
-    if not groups:
+    if not top:
         return evidence._replace(figures=[*flown[:1], *estimated[:1]], sections=[*evidence.sections, *more, *rest])
     beside = {"simulated": flown[:1], "estimates": estimated[:1]}
     told = [part for one in evidence.sections for part in (one, *beside.get(getattr(one, "anchor", ""), ()))]
-    return evidence._replace(figures=[Figure(ERRORS, AGAINST_GUESSES)], sections=[*told, *more, *rest])
+    return evidence._replace(figures=top, sections=[*told, *more, *rest])
 
 
 def with_signals(kind: str, jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
@@ -150,50 +162,60 @@ def figure_of(out: Path, job: FigureJob, sheet: Sheet) -> Figure:
 
 
 def write_identification(
-    path: Path, evidence: Evidence, run: Identification, flights: Sequence[FlightRecord], start: AirframeSection
-) -> None:
-    """Write the page, its figures of the flights that were held out or, if none were, of the fitted ones. Raises UserError."""
+    path: Path, evidence: Evidence, run: Identification, flights: Sequence[FlightRecord], start: AirframeSection,
+    found: Sequence[Followed],
+) -> None:  # fmt: skip
+    """Write the page, its figures of the flights that were held out or, if none were, of the fitted ones: `followers`. Raises
+    UserError.
+    """
     tested = run.tested or run.found
     shown = [flight for flight in flights if flight.name in run.held_out] or list(flights)
-    kind = "held out of this fit" if run.held_out else "fitted"
-    followers = [one for one in (followed(flight, start, tested.numbers) for flight in shown) if one]
+    kind = "held out of the first fit" if run.held_out else "fitted"
     vehicle = run.vehicle if run.tested is None else identified_vehicle(start, tested, "", "")
     with TemporaryDirectory() as folder:
         out = Path(folder)
         (out / FIGURES).mkdir()
-        pictures = [predictions(out, one, i, kind) for i, one in enumerate(followers)]
-        at_top, told = pictures[:1], [evidence.answer, worse_than_none(followers)]
+        pictures = [figure_of(out, prediction_picture(one, i, kind), SVG) for i, one in enumerate(found)]
+        first = pictures[:1]
         if run.commands:
             draw_errors(out / ERRORS, run.commands, flights[0].period, SVG)
-            at_top = [Figure(ERRORS, f"{AGAINST_GUESSES} Held-out flights, from commands alone."), *at_top]
+            first = [Figure(ERRORS, f"{AGAINST_GUESSES} Held-out flights, from commands alone."), *first]
         sections: list[Section] = [
             markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
             *evidence.sections,
-            unexplained(followers, shown, vehicle, kind),
+            *first,
+            unexplained(found, shown, vehicle, kind),
             *pictures[1:],
-            *(spectra(out, one, i) for i, one in enumerate(followers)),
+            *(spectra(out, one, i) for i, one in enumerate(found)),
             *simulated_again(out, shown, vehicle),
         ]
-        text = evidence._replace(answer=" ".join(filter(None, told)), figures=at_top, sections=sections).html(out)
+        text = evidence._replace(sections=sections).html(out)
     write_beside(path, text)
 
 
-def predictions(out: Path, one: Followed, place: int, kind: str) -> Figure:
-    """Measured and predicted signals, and the residuals. place: of the flight among the others; kind: of flight."""
-    kept = one.time - one.time[0] <= SHOWN
+def prediction_picture(one: Followed, place: int, kind: str) -> FigureJob:
+    """Measured and predicted signals, and the residuals, around the largest error of the position half a second ahead. place:
+    of the flight among the others; kind: of flight.
+    """
+    states = one.predicted[HORIZONS[-1]].position - one.measured[HORIZONS[-1]].position
+    off = np.linalg.norm(states, axis=1)
+    worst, time = int(off.argmax()), one.time + AHEAD * one.period
+    begin = min(max(time[0], time[worst] - 0.5 * SHOWN), max(time[0], time[-1] - SHOWN))
+    kept = (time >= begin) & (time <= begin + SHOWN)
     panels, earlier = [], f"predicted {AHEAD * one.period:.2g} s earlier"
-    for title, what, names, unit, field in (
-        ("{} rate", "rate", AXES, "rad/s", "rates"), ("velocity along {}", "velocity", "xyz", "m/s", "velocity"),
-    ):  # fmt: skip
+    labels = iter(PREDICTED)
+    for names, unit, field in ((AXES, "rad/s", "rates"), ("xyz", "m/s", "velocity")):
         real, made = (getattr(states[AHEAD], field)[kept] for states in (one.measured, one.predicted))
         lines = [{"measured": before, earlier: after} for before, after in zip(real.T, made.T, strict=True)]
-        panels += [Panel(title.format(name), unit, both) for name, both in zip(names, lines, strict=True)]
-        panels.append(Panel(f"{what} residual", unit, dict(zip(names, (made - real).T, strict=True))))
+        panels += [Panel(next(labels), unit, both) for both in lines]
+        panels.append(Panel(next(labels), unit, dict(zip(names, (made - real).T, strict=True))))
     caption = (
-        f"{one.name} ({kind}): measured, and {earlier}. The residuals show what the vehicle does not "
-        "explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag or delay."
+        f"{one.name}{f' ({kind})' if kind else ''}: measured, and {earlier}. The position's largest error "
+        f"{HORIZONS[-1] * one.period:.2g} s ahead, {quantity(float(off[worst]), 'm')}, is that of the prediction from "
+        f"{one.time[worst]:.1f} s. The residuals show what the vehicle does not explain: a slow wave is a missing force, a "
+        "burst at each manoeuvre a wrong inertia, lag or delay."
     )
-    return figure_of(out, FigureJob(f"{FIGURES}/predicted{place}", caption, one.time[kept], panels, 2), SVG)
+    return FigureJob(f"{FIGURES}/predicted{place}", caption, time[kept], panels, 2)
 
 
 def spectra(out: Path, one: Followed, place: int) -> Figure:

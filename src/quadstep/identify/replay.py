@@ -41,14 +41,15 @@ from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import Estimate, mean
 from quadstep.mission.airframe import AirframeSection
-from quadstep.report.units import counted
 from quadstep.vehicle.airframe_plant import Observer
 
 MOST_PREDICTIONS = 20_000
 
 
 class ErrorTable(NamedTuple):
-    """Mean errors of each flight, shape (horizons, groups, flights): of the predictions, of "constant", of "zero rate"."""
+    """Mean errors of each flight, shape (horizons, groups, flights): of the predictions, of "constant", of "zero rate".
+    guided: whether predictions knew the setpoints.
+    """
 
     names: tuple[str, ...]
     horizons: tuple[int, ...]
@@ -56,6 +57,12 @@ class ErrorTable(NamedTuple):
     constant: Floats
     zero: Floats
     starts: int
+    guided: bool = False
+
+    @property
+    def knows(self) -> str:
+        """What predictions were made from."""
+        return "commands and setpoints" if self.guided else "commands alone"
 
     def ratio(self, horizon: int, group: str, to: str = "constant") -> Estimate:
         """The mean of the flights' ratios, with its interval over flights."""
@@ -125,7 +132,7 @@ def compare(
     if len(still):
         name, group = flights[still[0, 2]].name, GROUPS[still[0, 1]]
         raise UserError(f"{name}: {group}: exactly as if nothing acted on the vehicle: no measurement, and nothing to predict")
-    return ErrorTable(tuple(flight.name for flight in flights), horizons, found[0], found[1], found[2], len(starts.row))
+    return ErrorTable(tuple(one.name for one in flights), horizons, found[0], found[1], found[2], len(starts.row), guided)
 
 
 ENOUGH = 0.9
@@ -268,15 +275,13 @@ def predicted_errors(flights: Sequence[FlightRecord], request: ReplayRequest) ->
     horizons = DRAWN_HORIZONS if request.report else HORIZONS
     numbers, guided = ready(flights, request.section, request.commands_only)
     found = compare(flights, request.section, numbers, guided, horizons)
-    knows = "commands and setpoints" if guided else "commands alone"
-    said = f"{found.starts} predictions of {counted(len(found.names), 'flight')} from {knows}"
-    several = [Predictions(said, found)]
+    several = [Predictions(f"Predictions from {found.knows}", found)]
     if request.residual:
         effects = request.section.effects.model_copy(update={"residual": True})
         section = request.section.model_copy(update={"effects": effects})
         numbers, guided = ready(flights, section, request.commands_only)
         again = compare(flights, section, numbers, guided, horizons)
-        several.append(Predictions(f"The same with the learned residual, from {knows}", again))
+        several.append(Predictions(f"The same with the learned residual, from {again.knows}", again))
     return several
 
 

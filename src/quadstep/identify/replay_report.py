@@ -1,6 +1,7 @@
 """What `quadstep replay` has found, for its readers, and its tables as CSV."""
 
 import hashlib
+import re
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -15,6 +16,7 @@ from quadstep.identify.starts import GROUPS, HORIZONS
 from quadstep.identify.vehicle_file import was_fitted_to
 from quadstep.io import __version__
 from quadstep.metrics.statistics import FEWEST, Estimate
+from quadstep.mission.airframe import AirframeSection
 from quadstep.report import markup
 from quadstep.report.evidence import Evidence, Section, TableSection
 from quadstep.report.publish import write_csv
@@ -30,9 +32,18 @@ FACTOR = {"position": 1.0, "velocity": 1.0, "attitude": 180.0 / np.pi, "rates": 
 ESTIMATED = {"position": "m", "velocity": "m/s", "tilt": "°", "yaw": "°"}
 """What an estimate is off by."""
 
+PREDICTED = (
+    "roll rate", "pitch rate", "yaw rate", "rate residual",
+    "velocity along x", "velocity along y", "velocity along z", "velocity residual",
+)  # fmt: skip
+"""Panels of a flight's predictions over time."""
+
 AHEAD = 50
 """Samples ahead, of which the summary speaks."""
 
+
+HARDLY = 0.9
+"""From this share of the better baseline's error on a prediction is called hardly better."""
 
 TIMES = 2.0
 """From this ratio on it is said how many times."""
@@ -54,7 +65,7 @@ def identity(flights: Sequence[FlightRecord], request: ReplayRequest) -> str:
 def panels_of(request: ReplayRequest) -> dict[str, tuple[str, ...]]:
     """The figures of a replay, those of one kind under one name, and their panels."""
     again = {"again": tuple("xyz")} if request.controller else {}
-    return {"errors": GROUPS, **again, **({"estimate": tuple(ESTIMATED)} if request.estimator else {})}
+    return {"errors": GROUPS, "predicted": PREDICTED, **again, **({"estimate": tuple(ESTIMATED)} if request.estimator else {})}
 
 
 def write_tables(out: Path, result: Replayed) -> None:
@@ -63,7 +74,7 @@ def write_tables(out: Path, result: Replayed) -> None:
     rows = error_rows(result.predictions[0].compared, result.period)
     write_csv(out / "prediction_errors.csv", ("flight", "samples_ahead", "ahead[s]", *names), rows)
     if result.flown:
-        header = ("flight", "which", "rmse[m]", "lead[s]", "tilt[rad]", "rate[rad/s]")
+        header = ("flight", "which", "rmse[m]", "lag[s]", "tilt[rad]", "rate[rad/s]")
         both = [(one.name, who, *of) for one in result.flown for who, of in (("real", one.real), ("simulated", one.simulated))]
         write_csv(out / "tracking.csv", header, both)
     if result.estimates:
@@ -92,29 +103,29 @@ def numbers(errors: ErrorTable) -> dict[str, object]:
 
 
 METHOD = (
-    "Means over all predictions of a flight, then over flights. “Constant” assumes that velocity and rates do not change, "
-    "“zero rate” that the velocity does not change and the rates are zero. Ratios are averaged over flights, with 95 % "
-    f"intervals where there are {FEWEST} or more."
+    "Two baselines need no model: “constant” assumes that velocity and rates do not change, “zero rate” that the velocity "
+    "does not change and the rates are zero. Errors are averaged over all predictions of a flight, then over flights, and so "
+    f"are their ratios to the baselines', with 95 % intervals where there are {FEWEST} flights or more."
 )
 
 
 def evidence(flights: Sequence[FlightRecord], request: ReplayRequest, result: Replayed, warnings: Sequence[str]) -> Evidence:
     """What was found, for its readers. warnings: where the logs contradict their mapping."""
     named = flights[0].name if len(flights) == 1 else counted(len(flights), "flight")
-    name, first = f"{request.vehicle}, {named}", result.predictions[0].compared if result.predictions else None
-    told = markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape)
-    sections: list[Section] = [told] if len(flights) > 1 else []
-    sections += [markup.heading("Predictions", "predictions"), markup.paragraph(METHOD)] if first else []
+    vehicle, first = called(request.section), result.predictions[0].compared if result.predictions else None
+    name = f"{vehicle} ({request.vehicle}) on {named}"
+    sections: list[Section] = [markup.heading("Predictions", "predictions"), markup.paragraph(METHOD)] if first else []
     sections += [error_table(one.title, one.compared, result.period) for one in result.predictions]
     if result.flown and request.controller:
         sections.append(tracking_table(result.flown, str(request.controller["type"])))
     if result.estimates:
         sections.append(estimate_table(result.estimates))
+    sections += settings(flights, request, result)
     known = [flight.name for flight in flights if was_fitted_to(request.section, flight)]
     left = [flight for flight in flights if first and flight.name not in first.names]
     unseen = [f"Nothing is predicted for {listed([one.name for one in left])}: {why_unusable(left)}."] if left else []
     thrust = [f"{of_thrust(result.thrust)}.".capitalize()] if result.thrust and not is_wrong(result.thrust) else []
-    said = " ".join([*no_test(known, len(flights)), *unseen, answer(result)])
+    said = " ".join([*no_test(known, len(flights)), *unseen, answer(result, not known)])
     return Evidence(
         name=name,
         kind="Replay",
@@ -128,9 +139,30 @@ def evidence(flights: Sequence[FlightRecord], request: ReplayRequest, result: Re
     )
 
 
-def answer(result: Replayed) -> str:
-    """What was asked, a sentence each: predictions, simulated flights, estimates; after the first, a thrust that is wrong."""
-    said = [predicting(result.predictions[0].compared, result.period)] if result.predictions else []
+def settings(flights: Sequence[FlightRecord], request: ReplayRequest, result: Replayed) -> list[Section]:
+    """What the results rest on, and the tables of a folder, with links to them."""
+    rows = [
+        ("vehicle", f"{request.vehicle}, {request.section.mass:g} kg"),
+        ("flights", ", ".join(flight.name for flight in flights)),
+        ("a row every", quantity(result.period, "s")),
+        *(("predicted from", f"{one.compared.knows}, {one.compared.starts} starts") for one in result.predictions[:1]),
+        *([("flown with", str(request.controller["type"]))] if request.controller else []),
+    ]
+    names = ["prediction_errors.csv", *["tracking.csv"] * bool(result.flown), *["estimates.csv"] * bool(result.estimates)]
+    tables = markup.links([(name, name) for name in names], "Errors of every flight, in SI units:")
+    return [TableSection("Settings", "flown", ("", ""), rows, set_as=escape), tables]
+
+
+def called(vehicle: AirframeSection) -> str:
+    """What a vehicle is, in few words: the beginning of its description."""
+    return re.split("[;,:]", vehicle.description)[0] or "Vehicle"
+
+
+def answer(result: Replayed, tests: bool = True) -> str:
+    """What was asked, a sentence each: predictions, simulated flights, estimates; after the first, a thrust that is wrong.
+    tests: whether the flights are others than those that the vehicle was fitted to.
+    """
+    said = [f"The {predicting(one.compared, result.period, tests)}" for one in result.predictions[:1]]
     if result.flown:
         said.append(likeness(result.flown))
     if result.estimates:
@@ -142,7 +174,7 @@ def answer(result: Replayed) -> str:
 
 
 def of_wrong_thrust(thrust: tuple[float, float]) -> str:
-    return f"{of_thrust(thrust).capitalize()}: predictions learn it from the log, a simulated flight does not."
+    return f"{of_thrust(thrust).capitalize()}: predictions correct for this from the log; a simulated flight cannot."
 
 
 def no_test(names: Sequence[str], flights: int) -> list[str]:
@@ -150,32 +182,37 @@ def no_test(names: Sequence[str], flights: int) -> list[str]:
     if not names:
         return []
     these = listed(names) if len(names) < flights else "this flight" if flights == 1 else "these flights"
-    return [f"The vehicle was identified from the recording of {these}, so this does not test it."]
+    known = f"The vehicle was identified from the recording of {these}, so this does not test it"
+    return [f"{known}: replay a flight that it was not fitted to."]
 
 
-def predicting(compared: ErrorTable, period: float) -> str:
-    """How well the position is predicted, and what of the rest is not."""
-    ratio = compared.ratio(AHEAD, "position")
-    low, high = interval_ends(ratio)
-    than = "predicts better" if high < 1.0 else "predicts worse" if low > 1.0 else "is not shown to predict better"
-    worse = [group for group in GROUPS[1:] if interval_ends(to_better_guess(compared, group)[0])[1] >= 1.0]
-    flights = len(compared.names)
-    where = "" if ratio.bounded else f" in {f'these {flights} flights' if flights > 1 else 'this flight'}"
+def predicting(compared: ErrorTable, period: float, tests: bool = True) -> str:
+    """How well the position is predicted and, if that tests the vehicle, what is predicted better than without a model."""
     return (
-        f"{in_time(AHEAD, period)} ahead the predicted position is off by {off_by(compared)} on average, "
-        f"{share(ratio, CONSTANT)}: the vehicle {than} than no model{where}"
-        f"{f' (not so {listed(worse)})' if worse and high < 1.0 else ''}."
+        f"position predicted {in_time(AHEAD, period)} ahead from {compared.knows} is off by {off_by(compared)} on average, "
+        f"{share(compared.ratio(AHEAD, 'position'), CONSTANT)}{f': {verdict(compared)}' if tests else ''}."
     )
+
+
+def verdict(compared: ErrorTable) -> str:
+    """What is predicted better, hardly better or worse than by the better of the two baselines."""
+    kinds: dict[str, list[str]] = {}
+    for group in GROUPS:
+        ratio = to_better_guess(compared, group)[0]
+        low, high = (ratio.low, ratio.high) if ratio.bounded else (ratio.value, ratio.value)
+        better = "better" if ratio.value < HARDLY else "hardly better"
+        kinds.setdefault(better if high < 1.0 else "worse" if low > 1.0 else "not shown to be better", []).append(group)
+    (how, first), *rest = kinds.items()
+    but = f", but {listed([f'{listed(groups)} {other}' for other, groups in rest])}" if rest else ""
+    flights = len(compared.names)
+    these = f"these {flights} flights" if flights > 1 else "this flight"
+    where = "" if compared.ratio(AHEAD, "position").bounded else f"on {these}, "
+    return f"{where}the model predicts {listed(first)} {how} than the baselines{but}"
 
 
 def off_by(compared: ErrorTable) -> str:
     """Mean error of the position `AHEAD`."""
     return quantity(compared.means(AHEAD, "position")[0], "m")
-
-
-def interval_ends(ratio: Estimate) -> tuple[float, float]:
-    """Of its interval, or itself where it has none."""
-    return (ratio.low, ratio.high) if ratio.bounded else (ratio.value, ratio.value)
 
 
 def share(ratio: Estimate, of: str) -> str:
@@ -196,7 +233,7 @@ def facts(compared: ErrorTable, period: float) -> list[markup.Fact]:
     for group in GROUPS:
         ratio, stronger = to_better_guess(compared, group)
         error = quantity(FACTOR[group] * compared.means(AHEAD, group)[0], UNIT[group])
-        more = f"{in_time(AHEAD, period)} ahead: {share(ratio, stronger)}"
+        more = f"{in_time(AHEAD, period)} ahead from {compared.knows}: {share(ratio, stronger)}"
         shown.append(markup.Fact(group, error, more))
     return shown
 
@@ -206,16 +243,18 @@ def in_time(horizon: int, period: float) -> str:
 
 
 def error_table(title: str, errors: ErrorTable, period: float) -> TableSection:
-    """Mean errors at each of `HORIZONS`."""
+    """Mean errors at each of `HORIZONS`, and those `AHEAD` over the baselines'."""
     rows: list[Sequence[markup.Cell]] = []
     for group in GROUPS:
-        unit, factor = handy(UNIT[group], FACTOR[group] * max(max(errors.means(horizon, group)) for horizon in HORIZONS))
-        for horizon in HORIZONS:
-            texts = [number(factor * FACTOR[group] * one) for one in errors.means(horizon, group)]
-            to_zero = number(errors.ratio(horizon, group, "zero").value)
-            rows.append((f"{group}, {horizon} [{unit}]", *texts, interval(*errors.ratio(horizon, group)), to_zero))
-    header = ("what, samples ahead", "error", "constant", "zero rate", "÷ constant (95 %)", "÷ zero rate")
-    return TableSection("", "", header, rows, f"{title}; a sample is {quantity(period, 's')}.", escape, shown=title)
+        means = [FACTOR[group] * errors.means(horizon, group)[0] for horizon in HORIZONS]
+        unit, factor = handy(UNIT[group], max(means))
+        ratios = [interval(*errors.ratio(AHEAD, group, to)) for to in ("constant", "zero")]
+        rows.append((f"{group} [{unit}]", *(number(factor * one) for one in means), *ratios))
+    ahead = [in_time(horizon, period) for horizon in HORIZONS]
+    known = " (95 %)" if errors.ratio(AHEAD, GROUPS[0]).bounded else ""
+    header = ("mean error after", *ahead, f"÷ constant{known}", f"÷ zero rate{known}")
+    text = f"{title}: {errors.starts} starting points in {counted(len(errors.names), 'flight')}; ratios after {ahead[-1]}."
+    return TableSection("", "", header, rows, text, escape, shown=title)
 
 
 def estimators(one: Estimated) -> list[tuple[str, float, float, float, float]]:
@@ -237,7 +276,7 @@ def estimate_table(estimates: Sequence[Estimated]) -> TableSection:
     return TableSection("Estimates", "estimates", header, rows, f"{sensors}.", escape, shown=sensors)
 
 
-TRACKING = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [°]", "mean rate [°/s]", "lost")
+TRACKING = ("real / simulated", "RMSE [cm]", "lag [ms]", "tilt, 99 % [°]", "mean rate [°/s]", "lost")
 
 
 def likeness(comparisons: Sequence[FlightComparison]) -> str:
@@ -265,5 +304,5 @@ def tracking_table(comparisons: Sequence[FlightComparison], controller: str) -> 
 
 def tracked(one: Tracking) -> tuple[str, str, str, str]:
     """How a flight follows its setpoints, as text."""
-    cm, ms, tilt, rate = map(number, (100 * one.rmse, 1e3 * one.lead, np.degrees(one.tilt), np.degrees(one.rate)))
+    cm, ms, tilt, rate = map(number, (100 * one.rmse, 1e3 * one.lag, np.degrees(one.tilt), np.degrees(one.rate)))
     return cm, ms, tilt, rate

@@ -39,14 +39,14 @@ class Followed(NamedTuple):
     turning: Floats
 
 
-def followed(flight: FlightRecord, vehicle: AirframeSection, p: PredictorParameters) -> Followed | None:
+def followed(flight: FlightRecord, vehicle: AirframeSection, p: PredictorParameters, guided: bool = False) -> Followed | None:
     """The longest stretch of a flight that can be predicted from each row, at most `LONGEST`; None where it is under 3 s."""
     rows = usable(flight, HORIZONS)
     pieces = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
     chosen = max(pieces, key=len)[: round(LONGEST / flight.period)]
     if len(chosen) * flight.period < 3.0:
         return None
-    starts, states, rest = predictions([flight], vehicle, p, [chosen])
+    starts, states, rest = predictions([flight], vehicle, p, [chosen], guided=guided)
     rates = flight.channel("rates")
     turning = (rates[chosen + 1] - rates[chosen - 1]) / (2.0 * flight.period)
     return Followed(

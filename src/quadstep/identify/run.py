@@ -1,6 +1,5 @@
 """`quadstep identify`: fit, test on held-out flights, then fit all flights; and what was found, for its readers."""
 
-import re
 from collections.abc import Sequence
 from html import escape
 from typing import NamedTuple
@@ -9,22 +8,19 @@ import numpy as np
 
 from quadstep.identify.fit import Identified, Say, identify
 from quadstep.identify.flown_setpoints import hover_ratio, is_wrong, span_of_thrust
+from quadstep.identify.known import fitted, graded, in_words, outside
 from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.parameters import GROWS
 from quadstep.identify.replay import ErrorTable, compare, ready
-from quadstep.identify.replay_report import METHOD, error_table, facts, of_wrong_thrust, off_by, predicting
-from quadstep.identify.residual import Followed, trained
-from quadstep.identify.vehicle_file import fraction, identified_vehicle, in_proportion, with_marks
+from quadstep.identify.replay_report import METHOD, called, error_table, facts, of_wrong_thrust, off_by, predicting
+from quadstep.identify.residual import Followed, followed, trained
+from quadstep.identify.vehicle_file import identified_vehicle, in_proportion, with_marks
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.airframe_tables import ResidualSection
-from quadstep.mission.fields import words
 from quadstep.report import markup
 from quadstep.report.evidence import Evidence, TableSection
-from quadstep.report.units import counted, interval_texts, listed, number
+from quadstep.report.units import counted, listed
 from quadstep.vehicle.airframe_plant import Residual
-
-IN_PROPORTION = "Known only up to the mass m, thrust coefficient k_f and yaw inertia J_z"
 
 HELD_OUT = 4
 """One in this many flights is held out."""
@@ -59,25 +55,17 @@ class Identification(NamedTuple):
         )
 
 
-def in_words(key: str) -> str:
-    """A parameter as a sentence has it: inertia[0] is the inertia about x."""
-    return words(key.replace("[", ".").removesuffix("]"))
-
-
 def answer(run: Identification, period: float) -> str:
     """The result: how it predicts flights that it has not seen, then what was found and what of it is not to be trusted."""
-    fitted, left = run.found.fitted, list(run.found.kept)
     if run.commands is None:
         said = ["No flight was held out, so nothing shows how well this vehicle predicts other flights."]
     else:
-        said = [f"On {counted(len(run.commands.names), 'flight')} held out of the fit, {predicting(run.commands, period)}"]
-    if run.guided is not None:
-        said.append(f"That is from commands alone; predictions that know the setpoints too are off by {off_by(run.guided)}.")
-    but = f" (but not {listed([*map(in_words, left)])})" if left else ""
-    said.append(f"{len(fitted)} of {counted(len(fitted) + len(left), 'vehicle parameter')} were identified{but}.")
-    if scaled := sum(key in GROWS for key in fitted):
-        only = f"{scaled} of these are" if scaled > 1 else "One of these is"
-        said.append(f"{only} only as exact as the given mass, thrust coefficient or inertia about z.")
+        unseen = counted(len(run.commands.names), "flight")
+        said = [f"On {unseen} held out of the first fit, the {predicting(run.commands, period)}"]
+        if run.guided is not None:
+            said.append(f"Predictions that know the setpoints too are off by {off_by(run.guided)}.")
+        said.append("The vehicle file is from a second fit, to all flights, which no flight is left to test.")
+    said.append(graded(run.found))
     if run.thrust and is_wrong(run.thrust):
         said.append(of_wrong_thrust(run.thrust))
     return " ".join(said)
@@ -162,26 +150,34 @@ def check_alike(flights: Sequence[FlightRecord]) -> None:
             )
 
 
-def evidence(run: Identification, flights: Sequence[FlightRecord], start: AirframeSection, mass: str) -> Evidence:
-    """What was found. start: the vehicle that it began with; mass: where its mass is from."""
-    names, period = ", ".join(run.held_out), flights[0].period
+def followers(run: Identification, flights: Sequence[FlightRecord], start: AirframeSection) -> list[Followed]:
+    """The flights that were held out, or all if none were, followed by the vehicle that was fitted without them."""
+    shown = [flight for flight in flights if flight.name in run.held_out] or flights
+    return [one for flight in shown if (one := followed(flight, start, (run.tested or run.found).numbers))]
+
+
+def evidence(
+    run: Identification, flights: Sequence[FlightRecord], start: AirframeSection, mass: str, found: Sequence[Followed] = ()
+) -> Evidence:
+    """What was found. start: the vehicle that it began with; mass: where its mass is from; found: `followers`."""
+    period = flights[0].period
     reasons: dict[str, list[str]] = {}
     for key, reason in run.found.kept.items():
         reasons.setdefault(reason, []).append(in_words(key))
-    kept = [f"As in the given vehicle: {listed(keys)} ({reason})." for reason, keys in reasons.items()]
-    said = [answer(run, period), *kept, f"Mass: {start.mass:g} kg ({mass}).", *of_residual(run)]
+    kept = [f"Kept from the starting vehicle: {listed(keys)} ({reason})." for reason, keys in reasons.items()]
+    doubts = filter(None, [outside(run.found, start), worse_than_none(found)])
+    said = [answer(run, period), *doubts, *kept, f"Mass: {start.mass:g} kg ({mass}).", *of_residual(run)]
     tables = [
-        error_table(f"Held out of the first fit: {names}, predicted from {knows}", found, period)
-        for knows, found in (
-            ("commands alone", run.commands),
-            ("commands and setpoints", run.guided),
-            ("commands alone, with the learned residual", run.commands_residual),
-            ("commands and setpoints, with the learned residual", run.guided_residual),
+        error_table(f"Held-out flights predicted from {one.knows}{more}", one, period)
+        for more, several in (
+            ("", (run.commands, run.guided)),
+            (", with the learned residual", (run.commands_residual, run.guided_residual)),
         )
-        if found
+        for one in several
+        if one
     ]
     return Evidence(
-        name=f"{re.split('[;,]', start.description)[0] or 'Vehicle'}, identified from {counted(len(flights), 'flight')}",
+        name=f"{called(start)}, identified from {counted(len(flights), 'flight')}",
         kind="Identification",
         answer=said[0],
         sentences=said,
@@ -190,7 +186,8 @@ def evidence(run: Identification, flights: Sequence[FlightRecord], start: Airfra
         sections=[
             markup.heading("Identified parameters", "found"),
             *fitted(run.found, start, run.vehicle.inertia[2]),
-            *([markup.heading("Prediction of held-out flights", "held-out"), markup.paragraph(METHOD)] if tables else []),
+            *([markup.heading("Prediction of held-out flights", "held-out")] if tables else []),
+            *([markup.paragraph(f"Held out: {', '.join(run.held_out)}.", escape), markup.paragraph(METHOD)] if tables else []),
             *tables,
         ],
         more=said[1:],
@@ -205,28 +202,6 @@ def of_residual(run: Identification) -> list[str]:
     if run.residual is not None:
         return [f"With the residual errors are {much} times as large; the vehicle has it, switched off (effects.residual)."]
     return [f"With the residual errors are {much} times as large on flights held out, so it is left out of the vehicle."]
-
-
-def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[TableSection]:
-    """What flights determine by themselves, and what only over what they do not. upright: inertia about z [kg m^2]."""
-    rows: tuple[list[tuple[str, ...]], list[tuple[str, ...]]] = [], []
-    for key, one in fit.fitted.items():
-        value, low, high, _ = interval_texts(*one[:3], "-")
-        known = (GROWS[key], fraction(one)) if key in GROWS else (f"{low} to {high}",)
-        rows[key in GROWS].append((f"{in_words(key)}, `{key}`", value, one.unit, *known))
-    mass, thrust, about_z = map(number, (given.mass, given.rotor.thrust_coefficient, upright))
-    whole = "These intervals hold whatever the vehicle weighs; they take its rotors to be where the given vehicle has them."
-    over = (
-        "No flight reveals the mass m, the rotors' thrust coefficient k_f or the inertia about z, J_z. The next table is for "
-        f"m = {mass} kg and k_f = {thrust} N s^2, as given, and J_z = {about_z} kg m^2, in proportion to the inertias about x "
-        "and y. If one is wrong, so are the values, in proportion (nearly, where it is J_z); the fit's own error adds to that."
-    )
-    before = ("parameter, key", "value", "unit")
-    found = (
-        TableSection("", "", (*before, "95 % interval"), rows[0], whole, shown="Identified"),
-        TableSection("", "", (*before, "proportional to", "fit alone, 95 %"), rows[1], over, shown=IN_PROPORTION),
-    )
-    return [one for one in found if one.rows]
 
 
 def rms(values: Floats) -> Floats:
@@ -252,7 +227,7 @@ def unexplained(
     for one in found:
         numbers = [rms(values) for values in (one.turning, one.torque, one.force)]
         measured, torque, force = (" / ".join(f"{value:.2g}" for value in values) for values in numbers)
-        mean = " / ".join(f"{value:+.2g}" for value in one.force.mean(axis=0))
+        mean = " / ".join(f"{value:+.2g}" for value in one.force.mean(axis=0)).replace("-", "−")
         rows.append((one.name, measured, torque, force, mean, f"{thrust[one.name]:.3f}"))
     header = (
         "flight, x / y / z", "angular acceleration [rad/s²]", "unexplained part", "unexplained acceleration [m/s²]",

@@ -178,7 +178,7 @@ def spread(key: str, one: Fitted) -> str:
 
 def fraction(one: Fitted) -> str:
     """A 95 % interval in shares of the value."""
-    return f"-{number(100.0 - 100.0 * one.low / one.value, 2)} to +{number(100.0 * one.high / one.value - 100.0, 2)} %"
+    return f"−{number(100.0 - 100.0 * one.low / one.value, 2)} to +{number(100.0 * one.high / one.value - 100.0, 2)} %"
 
 
 def sources(vehicle: AirframeSection, fit: Identified, stretch: float, mass_source: str) -> dict[str, str]:
