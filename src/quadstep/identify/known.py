@@ -43,7 +43,7 @@ def graded(fit: Identified) -> str:
     return said + rests * bool(scaled)
 
 
-def given_value(vehicle: AirframeSection, key: str) -> float | None:
+def number_of(vehicle: AirframeSection, key: str) -> float | None:
     """The number of a vehicle by its key, such as inertia[0]; None where it has none."""
     name, _, axis = key.removesuffix("]").partition("[")
     value = {one: value for one, value, _ in numbers(vehicle)}.get(name)
@@ -57,7 +57,7 @@ def is_outside(one: Fitted, value: float | None) -> bool:
 
 def outside(fit: Identified, given: AirframeSection) -> str:
     """A sentence on the numbers of the starting vehicle that lie outside the intervals, if any."""
-    found = [in_words(key) for key, one in fit.fitted.items() if is_outside(one, given_value(given, key))]
+    found = [in_words(key) for key, one in fit.fitted.items() if is_outside(one, number_of(given, key))]
     return f"Outside the fit's intervals: the starting vehicle's {listed(found)}." if found else ""
 
 
@@ -67,7 +67,7 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
     for key, one in fit.fitted.items():
         unit, factor = handy(one.unit, abs(one.value)) if one.unit in ("m", "s") else (prose(one.unit), 1.0)
         value, low, high, _ = interval_texts(factor * one.value, factor * one.low, factor * one.high, "-")
-        before = given_value(given, key)
+        before = number_of(given, key)
         theirs = "–" if before is None else f"{number(factor * before)}{', outside' * is_outside(one, before)}"
         over = GROWS.get(key, "")
         span = fraction(one) if over else f"{low} to {high}"
