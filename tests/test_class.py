@@ -33,7 +33,7 @@ from quadstep.studies.class_flight import (
     fly_submission,
     submitted,
 )
-from quadstep.studies.class_pages import first_text
+from quadstep.studies.class_pages import first_text, setting
 from quadstep.studies.class_server import MOST_AT_ONCE, class_server
 from quadstep.studies.classroom import ATTEMPTS, DRAFT, MOST_ATTEMPTS, MOST_LINES, SUBMISSION, Attempt, Room
 from quadstep.vehicle.paper import State
@@ -415,7 +415,7 @@ def test_the_class_s_own_flight_is_to_be_beaten(room, port, monkeypatch):
     room.fly_own()
     text = ask(port, "/", ada)[2]
     own = units.quantity(room.own.numbers[room.ground.metric], "m")
-    task = f"Ada: fly “{room.mission.name}” with the smallest position RMSE. Beat {own}."
+    task = f"Ada: fly “{room.mission.name}” with the smallest position RMSE. The class's own gains reach {own}."
     assert f'<p class="answer">{task}</p>' in text
     assert "Nobody has flown it yet." in text and re.search(rf"<i>the class's own gains</i></td><td[^>]*>{own}<", text)
     assert ask(port, "/try", ada)[1]["Content-Type"] == "text/html; charset=utf-8"
@@ -584,3 +584,7 @@ def test_a_student_s_page_follows_the_class_and_keeps_what_is_written(room, port
     page.click("text=Copy the link of Group 2")
     page.locator("button", has_text="Copied").wait_for()
     assert axe(page) == []
+
+
+def test_the_task_says_what_is_flown(room):
+    assert setting(room) == "the paper’s vehicle, a minimum-jerk path; 1.00 s; wind: none."

@@ -136,6 +136,7 @@ def results_in(root: Path, folder: Path) -> list[ResultFolder]:
     title = name if isinstance(name, str) else begins.title or folder.name
     kind = begins.kind or next((kind for name, kind in KINDS.items() if name in found), "Report")
     title = folder.name if title == kind else title  # which tells it from no other
+    title = f"{folder.parent.name}, {title}" if title.isdigit() else title  # an attempt of a class
     rmse = content.get("position_rmse[m]") if grade(content) != FlightGrade.LOST else None  # its own would be the smallest
     known_rmse = float(rmse) if isinstance(rmse, int | float) and 0.0 <= rmse < LARGEST_NUMBER else None
     whole = ResultFolder(

@@ -15,6 +15,8 @@ from quadstep.mission.fields import dotted
 from quadstep.mission.listings import commented, learning_numbers, number_lines, rounded, written
 from quadstep.mission.schema import Mission
 from quadstep.page.cards import grade_mark, part
+from quadstep.page.comparison import wind_speed
+from quadstep.page.folder import section
 from quadstep.report import units
 from quadstep.report.markup import Cell, disclosure, heading, page_text, paragraph, table
 from quadstep.studies.class_flight import LOG_NAME, MISSION_NAME, PAGE_NAME, Ground, is_free, no_value
@@ -81,19 +83,34 @@ def field_text(room: Room, member: Member, asked: Asked) -> str:
 def student_news(room: Room, member: Member) -> str:
     """What a student is told: the task, what came of the last submission, and the rank."""
     words = escape(units.metric(room.ground.metric)[0])
-    own, goal = own_number(room), room.own.numbers.get(room.ground.metric, 0.0)
-    beaten = "" if own == "–" or (member.value is not None and member.value < goal) else f" Beat {own}."
-    task = f'<p class="answer">{escape(member.name)}: fly “{escape(room.mission.name)}” with the smallest {words}.{beaten}</p>'
+    own, ranked = own_number(room), room.board()
+    goal = "" if own == "–" else f" The class's own gains reach {own}."
+    task = f'<p class="answer">{escape(member.name)}: fly “{escape(room.mission.name)}” with the smallest {words}.{goal}</p>'
+    task += paragraph(setting(room), escape)
     number = member.latest.number if member.latest else 0
     mine = f"<b>Solid: your attempt {number}.</b> Dashed: the class's own gains." if number else "Line: the class's own gains."
     whose = f"{mine} Pale band: the path asked for."
     path = f'<figure><img src="/path.svg?{number}" alt=""><figcaption>{whose}</figcaption></figure>' if room.own.grade else ""
     waiting = f' data-waits="yes">{escape(member.message)}' if member.waits else f">{escape(member.message)}"
-    ranked = room.board()
-    best = (
-        f"<p>Your best: {shown(room, member)}, rank {place(ranked, member)} of {len(ranked)}.</p>" if member in ranked else ""
-    )
+    first = "" if not ranked or ranked[0] is member else f" The best of the class: {shown(room, ranked[0])}."
+    rank = f"Your best: {shown(room, member)}, rank {place(ranked, member)} of {len(ranked)}." if member in ranked else ""
+    best = paragraph(f"{rank}{first}", str) if ranked else ""
     return f'<div id="said">{path}<div>{task}<p role="status"{waiting}</p>{best}</div></div>'
+
+
+def setting(room: Room) -> str:
+    """What is flown, where, for how long and in which wind."""
+    usual, ticks = room.ground.usual, room.mission.plan().ticks
+    vehicle, path = (section(usual, key) for key in ("vehicle", "path"))
+    size = [
+        f"{key} {units.quantity(number, unit)}" for key, unit in SIZES.items() if isinstance(number := path.get(key), float)
+    ]
+    flown = [f"{vehicle.get('preset') or vehicle.get('file') or 'the paper’s vehicle'}", f"a {path.get('type')} path", *size]
+    return f"{', '.join(flown)}; {units.number(ticks.last * ticks.step, 3)} s; wind: {wind_speed({'mission': usual})}."
+
+
+SIZES = {"radius": "m", "length": "m", "width": "m", "period": "s"}
+"""Of a path, which are said."""
 
 
 def shown(room: Room, member: Member) -> str:
