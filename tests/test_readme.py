@@ -1,5 +1,6 @@
 """What the README shows works as shown."""
 
+import json
 import re
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from quadstep.control.registry import BUILT_IN, controllers
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.linear.grade import grade
 from quadstep.mission.read import check_mission
+from tests.golden import FILE as GOLDEN
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -62,3 +64,11 @@ def test_there_are_as_many_controllers_as_it_says():
     names = {name for measures in BUILT_IN for name in controllers(measures)}
     assert len(names) > 20
     assert "more than twenty controllers" in README
+
+
+def test_its_verdicts_on_the_paper_are_those_of_the_study():
+    verdicts = list(json.loads(GOLDEN.read_text(encoding="utf-8"))["verdicts"].values())
+    hold, fail = (verdicts.count(one) for one in ("holds", "fails"))
+    said = f"{hold} of its {len(verdicts)} claims hold, {fail} fail, {len(verdicts) - hold - fail} are undecided"
+    assert said in README
+    assert said in (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
