@@ -1,5 +1,7 @@
 """How well the numbers of a vehicle are known from its flights, beside those that it began with."""
 
+import math
+
 from quadstep.identify.fit import Fitted, Identified
 from quadstep.identify.parameters import GROWS, VEHICLE
 from quadstep.identify.vehicle_file import fraction
@@ -7,7 +9,7 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.fields import words
 from quadstep.mission.listings import numbers
 from quadstep.report.evidence import TableSection
-from quadstep.report.units import counted, handy, interval_texts, listed, number, prose, unit_suffix
+from quadstep.report.units import counted, handy, interval_texts, listed, number, prose
 
 GRADES = {"well": " (to within 10 %)", "roughly": " (to within 50 %)", "barely": ""}
 """How well a number is known, by its 95 % interval."""
@@ -36,28 +38,24 @@ def graded(fit: Identified) -> str:
     """How many numbers are known, how well, and what that rests on."""
     grades, count = [grade(key, one) for key, one in fit.fitted.items()], len(fit.fitted) + len(fit.kept)
     how = [f"{grades.count(one) or 'none'} {one}{width}" for one, width in GRADES.items()]
-    signs = f"; {grades.count('')} can have either sign (see the intervals)" if "" in grades else ""
+    signs = f"; {grades.count('')} can have either sign" if "" in grades else ""
     scaled = sum(key in GROWS for key in fit.fitted)
     rests = f" Of these, {scaled} can be no more accurate than the given mass, thrust coefficient and yaw inertia."
     said = f"{len(fit.fitted)} of {counted(count, 'vehicle parameter')} were identified: {listed(how)}{signs}."
     return said + rests * bool(scaled)
 
 
-def number_of(vehicle: AirframeSection, key: str) -> float | None:
-    """The number of a vehicle by its key, such as inertia[0]; None where it has none."""
+def number_of(vehicle: AirframeSection, key: str, usual: float) -> float:
+    """The number of a vehicle by its key, such as inertia[0], or the usual one where it has none."""
     name, _, axis = key.removesuffix("]").partition("[")
     value = {one: value for one, value, _ in numbers(vehicle)}.get(name)
     part = value[int(axis)] if isinstance(value, tuple) and axis else value
-    return part if isinstance(part, float) else None
-
-
-def is_outside(one: Fitted, value: float | None) -> bool:
-    return value is not None and not one.low <= value <= one.high
+    return part if isinstance(part, float) else usual
 
 
 def outside(fit: Identified, given: AirframeSection) -> str:
     """A sentence on the numbers of the starting vehicle that lie outside the intervals, if any."""
-    found = [in_words(key) for key, one in fit.fitted.items() if is_outside(one, number_of(given, key))]
+    found = [in_words(key) for key, one in fit.fitted.items() if not one.low <= number_of(given, key, one.value) <= one.high]
     return f"Outside the fit's intervals: the starting vehicle's {listed(found)}." if found else ""
 
 
@@ -67,11 +65,11 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
     for key, one in fit.fitted.items():
         unit, factor = handy(one.unit, abs(one.value)) if one.unit in ("m", "s") else (prose(one.unit), 1.0)
         value, low, high, _ = interval_texts(factor * one.value, factor * one.low, factor * one.high, "-")
-        before = number_of(given, key)
-        theirs = "–" if before is None else f"{number(factor * before)}{', outside' * is_outside(one, before)}"
+        before = number_of(given, key, math.nan)
+        theirs = number(factor * before) + ", outside" * (before < one.low or before > one.high)
         over = GROWS.get(key, "")
-        span = fraction(one) if over else f"{low} to {high}"
-        rows[bool(over)].append((in_words(key), value + unit_suffix(unit), span, theirs, grade(key, one) or "–", over))
+        name, span = in_words(key) + f" [{unit}]" * bool(unit), fraction(one) if over else f"{low} to {high}"
+        rows[bool(over)].append((name, value, span, theirs, grade(key, one) or "–", over))
     mass, thrust, about_z, before_z = map(number, (given.mass, given.rotor.thrust_coefficient, upright, given.inertia[2]))
     whole = "These intervals hold whatever the vehicle weighs; they take its rotors to be where the given vehicle has them."
     scale = (

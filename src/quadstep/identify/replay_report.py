@@ -33,8 +33,7 @@ ESTIMATED = {"position": "m", "velocity": "m/s", "tilt": "°", "yaw": "°"}
 """What an estimate is off by."""
 
 PREDICTED = (
-    "roll rate", "pitch rate", "yaw rate", "rate residual",
-    "velocity along x", "velocity along y", "velocity along z", "velocity residual",
+    "roll rate", "pitch rate", "yaw rate", "rate residual", "x velocity", "y velocity", "z velocity", "velocity residual",
 )  # fmt: skip
 """Panels of a flight's predictions over time."""
 
@@ -145,7 +144,10 @@ def settings(flights: Sequence[FlightRecord], request: ReplayRequest, result: Re
         ("vehicle", f"{request.vehicle}, {request.section.mass:g} kg"),
         ("flights", ", ".join(flight.name for flight in flights)),
         ("a row every", quantity(result.period, "s")),
-        *(("predicted from", f"{one.compared.knows}, {one.compared.starts} starts") for one in result.predictions[:1]),
+        *(
+            ("predicted from", f"{one.compared.knows}, {one.compared.starts:,} starting points")
+            for one in result.predictions[:1]
+        ),
         *([("flown with", str(request.controller["type"]))] if request.controller else []),
     ]
     names = ["prediction_errors.csv", *["tracking.csv"] * bool(result.flown), *["estimates.csv"] * bool(result.estimates)]
@@ -253,7 +255,7 @@ def error_table(title: str, errors: ErrorTable, period: float) -> TableSection:
     ahead = [in_time(horizon, period) for horizon in HORIZONS]
     known = " (95 %)" if errors.ratio(AHEAD, GROUPS[0]).bounded else ""
     header = ("mean error after", *ahead, f"÷ constant{known}", f"÷ zero rate{known}")
-    text = f"{title}: {errors.starts} starting points in {counted(len(errors.names), 'flight')}; ratios after {ahead[-1]}."
+    text = f"{title}: {errors.starts:,} starting points in {counted(len(errors.names), 'flight')}; ratios after {ahead[-1]}."
     return TableSection("", "", header, rows, text, escape, shown=title)
 
 
