@@ -56,7 +56,7 @@ def test_it_ends_well_with_the_claims_table_and_the_place_of_the_report(run, cla
     assert f"Report: {out / 'report.html'}" in done.lines
     assert "|τψ| never" in done.text
     kept = " ".join(done.text.split())
-    assert f"Of {len(claims)} claims that the paper makes about its simulations, " in kept
+    assert f"Of {len(claims)} claims that Das, Lewis and Subbarao (2009) make about their simulations, " in kept
     shown = re.sub(r"\s", "", done.text)
     for claim in claims:
         assert all(word in done.text for word in typed(claim["name"]).split())
@@ -293,7 +293,7 @@ def test_the_report_holds_all_figures_and_tables(page, report, claims, metrics):
     assert all(long[2].startswith(brief[2]) for brief, long in zip(judged[1:], full[1:], strict=True))
     assert max(len(row[2]) for row in judged[1:]) < 200, "a line or two"
     assert all(row[column].endswith(".") for table, column in ((judged, 2), (full, 2)) for row in table[1:]), "sentences"
-    assert report.index("Fig. 4:") < report.index('id="claims"'), "a figure before the table"
+    assert report.index("Fig. 12:") < report.index('id="claims"'), "a figure before the table"
     failing = [place for place, claim in enumerate(claims, start=1) if claim["verdict"] == "fails"]
     assert f"{len(failing)} fail:" in report
     assert all(report.count(f"claim-{place}&quot;") + report.count(f'claim-{place}"') == 2 for place in failing), "link, row"

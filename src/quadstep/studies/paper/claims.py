@@ -246,8 +246,9 @@ def answer(claims: Sequence[Claim]) -> str:
     count = {kind: sum(claim.verdict is kind for claim in claims) for kind in ClaimVerdict}
     hold, fail, undecided = (count[kind] for kind in (ClaimVerdict.HOLDS, ClaimVerdict.FAILS, ClaimVerdict.UNDECIDED))
     return (
-        f"Of {len(claims)} claims that the paper makes about its simulations, {hold} hold, {fail} fail, and {undecided} "
-        "are undecided, when flown with gains and other values of our choice where the paper gives none."
+        f"Of {len(claims)} claims that Das, Lewis and Subbarao (2009) make about their simulations, {hold} hold, {fail} fail, "
+        f"and {undecided} are undecided, when flown with gains and other values of our choice where the paper gives none. "
+        "Reference [11], with which they compare their controller, is Castillo, Lozano and Dzul (2005)."
     )
 
 

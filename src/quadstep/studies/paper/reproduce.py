@@ -49,6 +49,7 @@ from quadstep.studies.paper.cases import (
     plan_study,
 )
 from quadstep.studies.paper.claims import RULE, Claim, ClaimVerdict, answer, check_claims
+from quadstep.studies.paper.claims_comparison import settled
 from quadstep.studies.paper.page import write_paper_page
 from quadstep.world.paths import MinimumJerk, MinimumJerkParameters
 
@@ -79,8 +80,36 @@ TO_SEE: dict[int, str | tuple[str, ...]] = {
 }
 """What a figure shows: in words, or the names of claims, of which the first sentence of what was measured is said."""
 
-GLANCE = 4
-"""The figure at the top."""
+PRINTED = {
+    3: "minimum-jerk trajectories to 10, 20, 30 and 40 m; so are these",
+    4: "tracking is almost perfect; so is ours",
+    5: "the angles match their commands nearly perfectly; ours do",
+    6: "the inputs are realisable and tau_psi = 0; ours are, and tau_psi is small but not zero",
+    7: "x follows its command nearly perfectly, y and z are held; ours agrees",
+    8: "x does not influence phi; ours agrees",
+    9: "tau_phi is almost zero; ours agrees",
+    10: "z follows z_d more accurately than under [11], and x and y err less; from our start they do",
+    11: "attitude settles sooner than under [11], after larger variations; from our start it does",
+    12: "thrust is smoother than that of [11], after larger torques; ours are larger, too, but the thrust is not smoother",
+}
+"""What the paper's text says of its figure, and whether ours agrees."""
+
+GLANCE = 12
+"""The figure above the table of claims."""
+
+FLAT = 1e-6
+"""Change of a line below which a panel of Case 2 is named rather than drawn, in SI units."""
+
+
+def of_case_2(log: FlightLog) -> dict[int, tuple[list[Panel], list[str]]]:
+    """By figure: the panels in which something moves, and the names of the others."""
+    found = {}
+    for number, panels in ((7, position_panels(log)), (8, attitude_panels(log, ROLL_AND_PITCH)), (9, input_panels(log))):
+        still = [max(map(np.ptp, panel.lines.values())) < FLAT for panel in panels]
+        pairs = list(zip(panels, still, strict=True))
+        found[number] = [one for one, flat in pairs if not flat], [one.label for one, flat in pairs if flat]
+    return found
+
 
 ROLL_AND_PITCH = ("phi", "theta")
 
@@ -103,9 +132,7 @@ def figure_jobs(logs: Mapping[str, FlightLog]) -> list[FigureJob]:
         job(4, case_1.column("t"), position_panels(case_1)),
         job(5, case_1.column("t"), attitude_panels(case_1, ROLL_AND_PITCH)),
         job(6, case_1.column("t"), input_panels(case_1)),
-        job(7, case_2.column("t"), position_panels(case_2)),
-        job(8, case_2.column("t"), attitude_panels(case_2, ROLL_AND_PITCH)),
-        job(9, case_2.column("t"), input_panels(case_2)),
+        *(job(number, case_2.column("t"), panels, 1) for number, (panels, _) in of_case_2(case_2).items()),
         job(10, new.column("t"), comparison_positions(new, old)),
         job(11, new.column("t"), [both_controllers(a, "rad", new, old) for a in ("phi", "theta", "psi")], 1),
         job(12, new.column("t"), [both_controllers(name, unit, new, old) for name, unit in inputs]),
@@ -116,7 +143,7 @@ def trajectories() -> tuple[NDArray[np.float64], list[Panel]]:
     """x_d(t) for four final positions in 10 s (Eq. 75), with its first and second derivative."""
     t = np.linspace(0.0, FIGURE_3_TIME, 401)
     path, here = MinimumJerk(), vector(0.0, 0.0, 0.0)
-    panels = [Panel("x_d", "m", {}), Panel("x_d rate", "m/s", {}), Panel("x_d second rate", "m/s^2", {})]
+    panels = [Panel("x_d", "m", {}), Panel("x_d_dot", "m/s", {}), Panel("x_d_ddot", "m/s^2", {})]
     for end in FIGURE_3_ENDS:
         parameters = MinimumJerkParameters(here, vector(end, 0.0, 0.0), 0.0, 0.0, FIGURE_3_TIME)
         rows = [path.reference(float(time), parameters) for time in t]
@@ -159,7 +186,7 @@ def choices() -> list[Ruling]:
     position, attitude = (", ".join(f"{one:g}" for one in CASE_3_START[part]) for part in ("position", "attitude"))
     return [
         Ruling("T_eta", vehicle.kinematics, "the printed one violates Newton-Euler; with Sigma = 5 I both fly identically"),
-        Ruling("C(eta, eta_dot)", "C eta_dot by Eq. 2", "Christoffel's C gives the same and is the one the proof needs"),
+        Ruling("Coriolis term, C times the rates", "by Eq. 2", "Christoffel's C gives the same; the proof needs it"),
         Ruling("Eq. 67", "row products", "sums give tau_psi = 0.93 N m in Case 1, which the paper says is 0"),
         Ruling("rotor arm l, factor c", f"{vehicle.rotors.arm:g} m, {vehicle.rotors.moment:g} m", "only f_i depends on them"),
         Ruling("rotor limits", "none", "the paper has none"),
@@ -168,7 +195,7 @@ def choices() -> list[Ruling]:
         Ruling("Lambda2, K_r2, K_i2", f"{gains['Lambda2'][0]:g}, {gains['K_r2'][0]:g}, {gains['K_i2'][0]:g}",
                "K_r2 > J_M max(Lambda2) = 150; inner loop well above the outer one"),
         Ruling("desired attitude rates", f"critically damped filter at {gains['filter_frequency']:g} rad/s, from the attitude "
-               "at the start", "the exact rate needs eta_dd and makes an algebraic loop; yaw's rate is known from the path"),
+               "at the start", "the exact rate makes an algebraic loop; yaw's rate is known from the path"),
         Ruling("zero desired force", "theta_d = phi_d = 0", "any attitude gives zero force; level is the safe one"),
         Ruling("basis and input weights", f"sigmoid, uniform in [-1, 1] with bias, seed {nets['seed']}", "worked in trials"),
         Ruling("neurons", f"{nets['neurons']} per net", "the paper's number; 8 and 12 are flown too"),
@@ -255,17 +282,17 @@ def case_rows(study: PaperStudy) -> list[list[str]]:
     rows = []
     for key, mission in main_cases().items():
         m = study.cases[key]
-        errors = ", ".join(
+        errors = [
             " / ".join(units.quantity(v[f"{which}[m]"], "m") for which in ("rmse", "largest"))
             for v in group(m, "position").values()
-        )
-        settled: list[float | None] = [metric(m, "attitude", a, "angle_settling[s]") for a in ("theta", "phi")]
-        settling = "never" if None in settled else f"{max(cast('list[float]', settled)):.2f} s"
+        ]
+        level = settled(m)
+        settling = "–" if "case3" not in key else f"{level:.2f} s" if math.isfinite(level) else "never"
         torque = max(metric(m, f"tau_{a}", "largest[N m]") for a in ("psi", "theta", "phi"))
         weights = max(cast("dict[str, float]", m["largest_weight_norm"]).values())
         thrust, varied = metric(m, "u", "largest[N]"), metric(m, "u", "total_variation[N]")
         name = case_title(key, mission)
-        rows.append([name, errors, settling, f"{thrust:.2f} N", f"{varied:.2g} N", f"{short(torque)} N m", f"{weights:.2g}"])
+        rows.append([name, *errors, settling, f"{thrust:.2f} N", f"{varied:.2g} N", f"{short(torque)} N m", f"{weights:.2g}"])
     return rows
 
 
@@ -290,9 +317,10 @@ def facts(study: PaperStudy, claims: list[Claim]) -> list[markup.Fact]:
 
 
 def to_claims(claims: Sequence[Claim]) -> Iterator[str]:
-    """Links to the claims that do not hold."""
+    """Links to the claims that do not hold; with their numbers, to those that fail."""
     for verdict, said in ((ClaimVerdict.FAILS, "fail"), (ClaimVerdict.UNDECIDED, "are undecided")):
-        found = [(f"#{anchor(place)}", claim.name) for place, claim in enumerate(claims) if claim.verdict is verdict]
+        more = {i: f": {briefly(c.measured)}" * (verdict is ClaimVerdict.FAILS) for i, c in enumerate(claims)}
+        found = [(f"#{anchor(i)}", units.typed(c.name + more[i])) for i, c in enumerate(claims) if c.verdict is verdict]
         if found:
             yield markup.links(found, f"{len(found)} {said if len(found) > 1 else said.replace('fail', 'fails')}:")
 
@@ -313,12 +341,13 @@ SOURCES = (
 )
 
 CASES_HEADER = (
-    "flight", "RMSE / largest error in x, y, z", "roll and pitch level from", "largest thrust", "total variation of u",
+    "flight", *(f"RMSE / largest error in {axis}" for axis in "xyz"), "roll and pitch within 5 mrad of level after",
+    "largest thrust", "total variation of u",
     "largest torque", "largest weight norm",
 )  # fmt: skip
 
 
-def to_see(number: int, claims: list[Claim]) -> str:
+def to_see(number: int, claims: list[Claim], case_2: FlightLog) -> str:
     """What a figure shows, in sentences."""
     shown = TO_SEE[number]
     said = (
@@ -326,6 +355,9 @@ def to_see(number: int, claims: list[Claim]) -> str:
         if isinstance(shown, str)
         else [f"{re.split(r'; |[.] |[.]$', one.measured)[0]}." for name in shown for one in claims if one.name == name]
     )
+    still = of_case_2(case_2).get(number, ([], []))[1]
+    said += [f"Not drawn, because they change by less than {FLAT:g} in SI units: {units.listed(still)}."] if still else []
+    said += [f"The paper says of its figure: {PRINTED[number]}."]
     return " ".join([*said, *["Numbers of the paper's law come first, those of [11] second."] * (number >= 10)])
 
 
@@ -338,7 +370,8 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
     start_header = ["start; gains of [11]", *(claim.name for claim in compared)]
     starts = compared[0].values["by_start"]
     start_rows = [[start, *(claim.values["by_start"][start] for claim in compared)] for start in starts]
-    figures = {n: Figure(figure_name(n), f"Fig. {n}: {caption}. {to_see(n, claims)}") for n, caption in CAPTIONS.items()}
+    seen = {n: to_see(n, claims, study.logs["case2"]) for n in CAPTIONS}
+    figures = {n: Figure(figure_name(n), f"Fig. {n}: {caption}. {seen[n]}") for n, caption in CAPTIONS.items()}
     judged = [(c.name, c.case, briefly(c.measured), (c.verdict, c.verdict)) for c in claims]
     in_full = markup.table(("claim", "the paper's sentence", "measured"), [(c.name, c.sentence, c.measured) for c in claims])
     return Evidence(
@@ -348,16 +381,17 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
         sentences=[answer(claims)],
         record=study_metrics(study),
         facts=facts(study, claims),
-        figures=[figures[GLANCE]],
         sections=[
             *to_claims(claims),
             TableSection(text=SOURCES),
+            figures[GLANCE],
             markup.links([("page.html", "Fly these flights in your browser")]) if flying else "",
             markup.heading("The paper's claims and the measurements", "claims"),
             markup.table(("claim", "flights", "measured", "verdict"), judged, anchors=[*map(anchor, range(len(claims)))]),
             TableSection(text=RULE),
             markup.disclosure("The paper's sentences, and all that was measured", in_full),
             markup.heading("The paper's other figures, flown again", "figures"),
+            TableSection(text="Captions compare with the text of the paper; its printed pictures were not at hand."),
             *(figure for number, figure in figures.items() if number != GLANCE),
             TableSection("The cases in numbers", "cases", CASES_HEADER, case_rows(study)),
             TableSection("Case 3 from other starts and with other gains of [11]", "starts", start_header, start_rows,
