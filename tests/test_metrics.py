@@ -11,8 +11,9 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import LoggedFlight, attitude_error, position_errors
 from quadstep.metrics.reductions import rmse, settling_time
-from quadstep.metrics.registry import REPORTED, SCORED, flight_metrics, score_names_of
+from quadstep.metrics.registry import REPORTED, SCORED, flight_metrics, rotor_metrics, score_names_of, warned
 from quadstep.numbers import Vector
+from quadstep.studies.flight_report import of_limits
 from quadstep.vehicle.in_space import COLUMNS
 
 
@@ -169,3 +170,28 @@ def test_the_documentation_names_every_metric_and_says_what_it_means():
     lines = (Path(__file__).parent.parent / "docs" / "metrics.md").read_text().splitlines()
     for one in (*REPORTED, *SCORED):
         assert any(f"`{one.name}`" in line and line.endswith(f"| {one.meaning} |") for line in lines), one.name
+
+
+def test_saturation_says_by_which_limit():
+    """One rotor asked for less than it can give in half of the rows, another for more in a quarter; once rounding alone."""
+    rows = np.zeros((8, 3))
+    rows[:, 0], rows[:, 1:] = np.arange(8.0), 2.0
+    asked = np.full((8, 2), 2.0)
+    asked[:4, 0], asked[2:4, 1] = -1.0, 9.0
+    log = FlightLog({"t": "s", "f1": "N", "f2": "N"}, rows, Outcome.COMPLETED, 7.0, None)
+    found, (said,) = warned(rotor_metrics(log, asked, 0.0, 4.0))
+    assert found == {
+        "saturated_share": 0.5, "lowest_thrust_share": 0.5, "full_thrust_share": 0.25, "largest_thrust_share": 0.5,
+    }  # fmt: skip
+    assert said == "the rotors were saturated 50 % of the time: by the lowest thrust 50 %, by full thrust 25 %"
+    assert {one.what: (one.value, one.more) for one in of_limits(found)}["rotors saturated"] == (
+        "50 %", "of the time: by the lowest thrust 50 %, by full thrust 25 %",
+    )  # fmt: skip
+    assert warned(rotor_metrics(log, np.full((8, 2), 2.0), 0.0, 4.0))[1] == []
+
+
+@pytest.mark.parametrize(("least", "shown"), [(-302.4, True), (0.0, False), (1e-9, False)])
+def test_a_thrust_that_no_rotor_can_give_is_shown_where_rotors_have_no_limits(least, shown):
+    facts = of_limits({"rotors": {"least[N]": least, "largest[N]": 253.1}})
+    assert [one.value for one in facts] == (["−302 to 253\u00a0N"] if shown else [])
+    assert not any("realisable" in one.what for one in of_limits({"rotors": {"least[N]": least}, "saturated_share": 0.1}))

@@ -32,7 +32,7 @@ def test_a_command_is_drawn_and_compared_the_shorter_way_round():
     panels = attitude_panels(log)
     drawn = next(panel.lines["yaw_d"] for panel in panels if panel.label == "yaw")
     assert drawn == pytest.approx(rows[:, 6] + 2.0 * np.pi)
-    assert of_attitude(log, panels).startswith("Farthest from the law's command: yaw, by 4.77° at 0 s; ")
+    assert of_attitude(log, panels).startswith("Largest difference from the commanded attitude: 4.77°, in yaw, at 0 s; ")
 
 
 @pytest.mark.parametrize(("content", "labels"), [
@@ -73,7 +73,7 @@ def test_captions_say_where_a_flight_is_worst():
     said = [one.caption.replace("\N{NO-BREAK SPACE}", " ") for one in (path, position, inputs)]
     assert said == [
         "Farthest from its path: 1.00 m, at 1 s; in the second half at most 100 mm.",
-        "Largest error along an axis: x, 1.00 m at 1 s; at the end: x −100 mm, y 0 m, z 0 m.",
+        "Largest error along an axis: x, 1.00 m at 1 s; at the end: x 100 mm, y 0 m, z 0 m.",
         "Largest u: 9.00 N, at 4 s. The limits cut the law's command 24.9 % of the time.",
     ]
     assert [panel.lines.keys() for panel in inputs.panels] == [{"commanded", "within limits"}]

@@ -71,12 +71,6 @@ def rotor_thrusts(log: FlightLog) -> Numbers:
     return log.table(*(whole if (whole := f"{name}_whole") in log.columns else name for name in rotor_columns(log.columns)))
 
 
-def share_at_limits(log: FlightLog, least: float, greatest: float) -> float:
-    """Share of the rows in which a rotor is at its least or greatest thrust [N]."""
-    forces, tolerance = rotor_thrusts(log), 1e-9 * greatest
-    return float(((forces <= least + tolerance) | (forces >= greatest - tolerance)).any(axis=1).mean()) if len(forces) else 0.0
-
-
 def has(flight: LoggedFlight, *names: str) -> bool:
     return all(name in flight.log.columns for name in names)
 

@@ -6,7 +6,7 @@ of the loop at rest: `phase_margin` is the least over all channels, `phase_margi
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple, TypeAlias, cast
 
 from quadstep.interfaces.log import FlightLog
@@ -219,6 +219,38 @@ def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str
             for name, value in zip(metric.full_names(found.entries), metric.reduction(found.values, found.t), strict=True):
                 place(result, name, value)
     return result
+
+
+LOWEST, FULL = "lowest_thrust_share", "full_thrust_share"
+
+
+def rotor_metrics(log: FlightLog, asked: quantities.Numbers, least: float, most: float) -> Metrics:
+    """What a flight uses of rotors with limits [N]. asked: the thrusts of a command, before its limits or after."""
+    if not len(log.rows):
+        return {}
+    cut, tiny = quantities.saturation(quantities.LoggedFlight(log)), 1e-9 * most
+    sides = (asked <= least + tiny).any(axis=1), (asked >= most - tiny).any(axis=1)
+    at = sides[0] | sides[1] if cut is None else cut.values[:, 0] > 0.0
+    shares = {name: float((at & side).mean()) for name, side in zip((LOWEST, FULL), sides, strict=True)}
+    used = float(quantities.rotor_thrusts(log).sum(axis=1).max()) / (most * asked.shape[1])
+    return {"saturated_share": float(at.mean()), **shares, **({"largest_thrust_share": used} if len(log.rows) > 1 else {})}
+
+
+def of_saturation(metrics: Metrics, text: Callable[[float], str]) -> str:
+    """How much of the time rotors were at a limit, by which limit. text: of a share."""
+    named = (("the lowest", metrics.get(LOWEST)), ("full", metrics.get(FULL)))
+    sides = [f"by {side} thrust {text(share)}" for side, share in named if isinstance(share, float) and share]
+    return f"of the time{': ' * bool(sides)}{', '.join(sides)}"
+
+
+def warned(metrics: Metrics) -> tuple[Metrics, list[str]]:
+    """With a warning of saturation, where there was any."""
+
+    def text(share: float) -> str:
+        return f"{100 * share:.3g} %"
+
+    share = cast(float, metrics.get("saturated_share", 0.0))
+    return metrics, [f"the rotors were saturated {text(share)} {of_saturation(metrics, text)}"] if share else []
 
 
 def place(result: Metrics, name: str, value: float | None) -> None:

@@ -11,8 +11,8 @@ from quadstep.control.backstepping import Backstepping
 from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.plant import MARGIN, Kinematics, Model, Reference
 from quadstep.io.doors import DISTURBANCES
-from quadstep.metrics.quantities import position_errors, rotor_thrusts, share_at_limits
-from quadstep.metrics.registry import Metrics, flight_metrics
+from quadstep.metrics.quantities import position_errors, rotor_thrusts
+from quadstep.metrics.registry import Metrics, flight_metrics, rotor_metrics, warned
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.fields import (
@@ -188,14 +188,11 @@ class LagrangeMission(Mission):
 
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics, limits = flight_metrics(log, arm=self.arm), self.vehicle.rotors.limits
-        share = share_at_limits(log, *limits) if limits else 0.0
         if len(log.rows) > 1:
             metrics["largest_error[m]"] = float(np.linalg.norm(position_errors(log), axis=1).max())
         if limits:
-            metrics["saturated_share"] = share
-        if limits and len(log.rows) > 1:
-            metrics["largest_thrust_share"] = float(rotor_thrusts(log).sum(axis=1).max()) / (4.0 * limits[1])
-        return metrics, [f"the rotors were saturated {100 * share:.3g} % of the time"] if share else []
+            metrics |= rotor_metrics(log, rotor_thrusts(log), *limits)
+        return warned(metrics)
 
     def build(self, path: BuiltPath) -> Built:
         rotors, vehicle = self.vehicle.rotors.limits, self.vehicle.build()

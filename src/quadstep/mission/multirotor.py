@@ -3,8 +3,9 @@
 import math
 from collections.abc import Sequence
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, cast
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
 from quadstep.control.geometric import Geometric
@@ -13,8 +14,7 @@ from quadstep.interfaces.log import FlightLog, Metric
 from quadstep.interfaces.plant import Reference
 from quadstep.io.errors import UserError
 from quadstep.metrics.effort import EffortMetric
-from quadstep.metrics.quantities import rotor_thrusts
-from quadstep.metrics.registry import Metrics, flight_metrics
+from quadstep.metrics.registry import Metrics, flight_metrics, rotor_metrics, warned
 from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.airframe import AirframeSection, BuiltAirframe
 from quadstep.mission.clock import ClockSection
@@ -244,12 +244,9 @@ class MultirotorMission(Mission):
 
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics = flight_metrics(log, self.score_from, arm=self.arm)
-        if len(log.rows) > 1:
-            vehicle = self.modelled
-            full = float(vehicle.allocation.most) * len(vehicle.geometry.mounts)
-            metrics["largest_thrust_share"] = float(rotor_thrusts(log).sum(axis=1).max()) / full
-        share = cast(float, metrics.get("saturated_share", 0.0))
-        return metrics, [f"the rotors were saturated {100 * share:.3g} % of the time"] if share else []
+        limits = self.modelled.allocation
+        asked = log.table("u", "tau_x", "tau_y", "tau_z") @ np.array(limits.matrix).T
+        return warned(metrics | rotor_metrics(log, asked, float(limits.least), float(limits.most)))
 
     def build(self, path: BuiltPath) -> Built:
         vehicle, simulation = self.modelled, self.simulation

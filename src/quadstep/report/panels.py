@@ -17,9 +17,15 @@ from quadstep.metrics.verdict import LEFT_PATH, FlightGrade, graded
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import COMMANDED, Panel, Track
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import listed, number, percent, quantity
+from quadstep.report.units import listed, number, percent, quantity, suited, unit_suffix
 
 Numbers = NDArray[np.float64]
+
+BATTERY = "battery"
+"""The panel of which the lowest value matters."""
+
+SPOKEN = {"phi": "roll phi", "theta": "pitch theta", "psi": "yaw psi"}
+"""Angles of the paper's plant with their names."""
 
 SAME = 1e-9
 """A command is within its limits where both differ by no more than this share of the largest command."""
@@ -43,7 +49,7 @@ def of_position(log: FlightLog) -> str:
     worst = [int(np.abs(errors[:, i]).argmax()) for i in range(len(axes))]
     sizes = [abs(float(errors[place, i])) for i, place in enumerate(worst)]
     i = int(np.argmax(sizes))
-    final = ", ".join(f"{axis} {quantity(float(errors[-1, k]), 'm')}" for k, axis in enumerate(axes))
+    final = ", ".join(f"{axis} {quantity(abs(float(errors[-1, k])), 'm')}" for k, axis in enumerate(axes))
     return f"Largest error along an axis: {axes[i]}, {quantity(sizes[i], 'm')} at {at(t, worst[i])}; at the end: {final}."
 
 
@@ -58,8 +64,10 @@ def of_attitude(log: FlightLog, panels: list[Panel]) -> str:
     if not found:
         return "Attitude and rates."
     largest, place, usual, name = max(found)
-    most, half = (quantity(float(np.degrees(one)), "°") for one in (largest, usual))
-    return f"Farthest from the law's command: {name}, by {most} at {at(t, place)}; by less than {half} half of the time."
+    unit, factor = suited("rad", largest)
+    most, half = (f"{number(factor * one)}{unit_suffix(unit)}" for one in (largest, usual))
+    where = f"{most}, in {SPOKEN.get(name, name)}, at {at(t, place)}"
+    return f"Largest difference from the commanded attitude: {where}; half of the time it is at most {half}."
 
 
 def of_inputs(log: FlightLog, panels: list[Panel]) -> str:
@@ -82,12 +90,14 @@ def of_others(panels: list[Panel], t: Numbers, more: str = "") -> str:
     for panel in panels:
         name, values = max(panel.lines.items(), key=lambda one: float(np.abs(one[1]).max()) if len(one[1]) else 0.0)
         if len(values):
-            place = int(np.abs(values).argmax())
+            low = panel.label == BATTERY
+            place = int(values.argmin() if low else np.abs(values).argmax())
             value = float(values[place])
             each = panel.unit.split(", ")  # or one for all lines
             unit = each[list(panel.lines).index(name)] if len(each) == len(panel.lines) else panel.unit
             size = number(value) if unit == "-" or "," in unit else quantity(value, unit)
-            found.append(f"{panel.label}{f', {name}' if len(panel.lines) > 1 else ''}: {size} at {at(t, place)}")
+            what = f"{panel.label}{f', {name}' if len(panel.lines) > 1 else ''}{', lowest' if low else ''}"
+            found.append(f"{what}: {size} at {at(t, place)}")
     return f"Largest values: {'; '.join(found)}.{more}" if found else listed([panel.label for panel in panels])
 
 
@@ -177,7 +187,7 @@ def other_panels(log: FlightLog) -> list[Panel]:
         ("norm of weights", "-", {"norm_W1": "W1", "norm_W2": "W2"}),
         ("filtered errors", "m/s, rad/s", {"norm_r1": "|r1|", "norm_r2": "|r2|"}),
         ("L without weights", "J", {"lyapunov": "L"}),
-        ("battery", "V", {"voltage": "voltage"}),
+        (BATTERY, "V", {"voltage": "voltage"}),
     )
     found: list[Panel] = []
     for label, unit, names in drawn:

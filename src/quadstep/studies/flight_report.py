@@ -12,12 +12,12 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.off_command import off_command
 from quadstep.metrics.quantities import FAR, moves, position_axes, position_errors
-from quadstep.metrics.registry import Metrics, group, metric, rest_of
+from quadstep.metrics.registry import Metrics, group, metric, of_saturation, rest_of
 from quadstep.metrics.verdict import Case, FlightGrade, graded
 from quadstep.mission.listings import rounded, written
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
-from quadstep.report.panels import at, left_path
+from quadstep.report.panels import SPOKEN, at, left_path
 from quadstep.studies.tuning.gains import filled_in
 
 if TYPE_CHECKING:
@@ -108,14 +108,14 @@ def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
         return ""
     if not moves(log.table(*(f"{axis}_d" for axis in position_axes(log)))[log.column("t") >= since]):
         return ""
-    size = f"The path's size is {units.quantity(off / share, 'm')}, the RMSE of a vehicle that stays at the start"
-    return f"{size} (errors above {FAR:g} m count as {FAR:g} m). "
+    size = f"The path's size is {units.quantity(off / share, 'm')}, the RMSE of a vehicle that never leaves its start"
+    return f"{size} (distances above {FAR:g} m count as {FAR:g} m). "
 
 
-KINDS = (
-    ("xyz", 1.0, "m"),
-    (("roll", "pitch", "yaw", "phi", "theta", "psi"), math.degrees(1.0), "°"),
-    (("p", "q", "r", "phi_dot", "theta_dot", "psi_dot"), 1.0, "rad/s"),
+KINDS: tuple[tuple[dict[str, str], float, str], ...] = (
+    ({axis: axis for axis in "xyz"}, 1.0, "m"),
+    ({"roll": "roll", "pitch": "pitch", "yaw": "yaw", **SPOKEN}, math.degrees(1.0), "°"),
+    ({"p": "p", "q": "q", "r": "r", "phi_dot": "rate of roll", "theta_dot": "of pitch", "psi_dot": "of yaw"}, 1.0, "rad/s"),
 )
 """What is said of the state that ended a flight, as far as it has these columns; how many of the unit one in SI is."""
 
@@ -125,7 +125,7 @@ def of_log(log: FlightLog, ending: Metrics | None = None) -> str:
     state, said = {key.partition("[")[0]: cast(float, value) for key, value in (ending or {}).items()}, []
     for names, factor, unit in KINDS:
         suffix = units.unit_suffix(unit)
-        known = [f"{name} {units.number(round(factor * state[name], 3))}{suffix}" for name in names if name in state]
+        known = [f"{say} {units.number(round(factor * state[one], 3))}{suffix}" for one, say in names.items() if one in state]
         said += [", ".join(known)] if known else []
     ended = f"It ended at {'; '.join(said)}; more of that state is in" if said else "The state that ended it is in"
     return f"All numbers cover the log up to its last row, at {log.column('t')[-1]:.6g} s. {ended} metrics.json."
@@ -152,7 +152,7 @@ def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fa
         )
         along = f"from the path{when}" if "largest_error[m]" in metrics else "along one axis"
         found.append(markup.Fact("largest error", units.quantity(largest, "m"), f"{along}{counted and f'; counted{counted}'}"))
-    rest = rest_of(metrics) or {"grade": "not computed", "why": "quadstep linear takes the time that they need"}
+    rest = rest_of(metrics) or {"grade": "not computed here", "why": "run `quadstep linear`, which may take a while"}
     return [*found, *of_limits(metrics), markup.Fact("loop at rest where the path begins", rest["grade"], rest["why"])]
 
 
@@ -164,10 +164,15 @@ def of_limits(metrics: Metrics) -> list[markup.Fact]:
         found.append(markup.Fact("largest tilt", tilt, "between thrust and vertical"))
     if "largest_thrust_share" in metrics:
         share = metric(metrics, "largest_thrust_share")
-        more = f"at most {units.percent(share)} of the rotors' thrust was used"
-        found.append(markup.Fact("least thrust margin", units.percent(1.0 - share), more))
+        more = f"all rotors together used at most {units.percent(share)} of their full thrust"
+        found.append(markup.Fact("smallest thrust margin", units.percent(1.0 - share), more))
     if "saturated_share" in metrics:
-        found.append(markup.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), "of the time"))
+        said = of_saturation(metrics, units.percent)
+        found.append(markup.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), said))
+    elif "rotors" in metrics and metric(metrics, "rotors", "least[N]") < 0.0:
+        ends = (units.number(metric(metrics, "rotors", f"{end}[N]")) for end in ("least", "largest"))
+        more = "rotors cannot pull, but this vehicle does not limit them"
+        found.append(markup.Fact("thrust per rotor, not realisable", f"{' to '.join(ends)}\u00a0N", more))
     return found
 
 
@@ -207,5 +212,5 @@ def error_rows(metrics: Metrics) -> list[list[str]]:
             unit, factor = units.suited(base, largest)
             if 0.0 < factor * max(values) < SMALL:
                 unit, factor = units.suited(base, max(values))
-            rows.append([axis, *(units.number(factor * value) for value in values), unit])
+            rows.append([SPOKEN.get(axis, axis), *(units.number(factor * value) for value in values), unit])
     return rows
