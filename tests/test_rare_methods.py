@@ -12,7 +12,7 @@ from quadstep.studies.rare.cross_entropy import LEAST, beyond, cross_entropy
 from quadstep.studies.rare.mixture import FIRST, Points, Random
 from quadstep.studies.rare.replicates import PieceKind, subset_simulation
 from quadstep.studies.rare.run_folder import FinishedPiece
-from quadstep.studies.rare.summary import HOW, Crude, Estimate, crude_of, interval, sentences, summarise
+from quadstep.studies.rare.summary import HOW, Crude, Estimate, common, crude_of, interval, sentences, summarise
 
 METHODS = (subset_simulation, cross_entropy)
 
@@ -150,9 +150,27 @@ def test_plain_flights_that_look_for_several_kinds_of_failure_add_their_rates():
     assert (found.flights, found.failures) == (4 * event.crude, 8)
     assert found.rate.value == pytest.approx(2.0 * 2 / event.crude)
     share = f"4 of {2 * event.crude:,}"
-    assert f"{share} a and {share} b: together a probability of " in found.sentence
+    assert f"{share} a and {share} b: a failure probability of " in found.sentence
     (early,) = crude_of([one.model_copy(update={"events": [event.model_copy(update={"failure": "ended early"})]})]).kinds
     assert early in HOW
+
+
+def test_the_first_sentence_says_that_a_failure_is_not_rare_and_a_doubtful_estimate_comes_second():
+    """Of estimates from likely to rare: a plain campaign is named where it needs fewer flights, and only there."""
+    seen = set()
+    for value in (0.5, 0.2, 0.03, 0.005, 1e-4, 1e-6):
+        found = summarise([piece(value * one) for one in (0.9, 1.0, 1.05, 1.1, 0.95)])._replace(warnings=())
+        first = sentences(found, Method.SUBSET)[0]
+        plain = found.one_by_one < found.flights
+        assert ("a plain campaign needs fewer flights" in first.lower()) == plain == common(found)
+        assert first.startswith("This failure is not rare (") == (plain and found.probability.value >= 0.01)
+        assert any("times as many" in one for one in sentences(found, Method.SUBSET)) != plain
+        doubtful = sentences(found._replace(one_by_one=None, warnings=("a",)), Method.SUBSET)
+        assert doubtful[0].startswith(f"Of flights drawn as in the campaign, {found.crude.sentence}. The estimate, ")
+        assert "is doubtful: see the warning. From" in doubtful[0]
+        assert len(doubtful) == 1, "nothing is said twice"
+        seen.add(plain)
+    assert seen == {True, False}
 
 
 @pytest.mark.parametrize(("count", "sigma"), [(10, 0.8), (5, 0.05), (5, 0.4)])
@@ -228,9 +246,9 @@ def test_nothing_is_said_against_replicates_that_agree():
     ([*REPLICATES, piece(0.0)], "1 of 6 replicates found no failure"),
     ([*REPLICATES, piece(1e-4)], "the largest is 12.5 times the smallest"),
     ([piece(p, crude_failures=3) for p in (1e-5, 1.1e-5, 0.9e-5)], "Plain Monte Carlo flights disagree: 9 of 3,000"),
-    ([piece(p) for p in (0.1, 0.11, 0.12)], "Plain Monte Carlo flights disagree: 0 of 3,000"),
+    ([piece(p) for p in (0.1, 0.11, 0.12)], "Plain Monte Carlo flights disagree: none of 3,000"),
     ([*REPLICATES, piece(6e-5, PieceKind.SCORE)], "A second opinion finds more failures: 6e-05 (subset simulation, by s)"),
-    ([piece(1e-5, again={"flights": 50, "failures": 2})] * 5, "only 4 % of the failed flights fail again"),
+    ([piece(1e-5, again={"flights": 50, "failures": 2})] * 5, "Chance decides here: 10 of 250 failed flights failed again"),
 ])  # fmt: skip
 def test_it_warns_of_what_speaks_against_an_estimate(done, said):
     (warning,) = summarise(done).warnings

@@ -30,7 +30,7 @@ from quadstep.studies.campaign.varied import text_of, variation_text
 from quadstep.studies.rare.point_flyer import Failure, PointFlyer, check_space
 from quadstep.studies.rare.replicates import PieceKind, fly_piece, pieces
 from quadstep.studies.rare.run_folder import DoneEvent, FinishedPiece, RareRecord, opened
-from quadstep.studies.rare.summary import RareSummary, as_json, rounded, sentences, summarise
+from quadstep.studies.rare.summary import RareSummary, as_json, common, rounded, sentences, summarise
 
 LEVELS = f"{FIGURES}/levels"
 
@@ -38,10 +38,19 @@ REPLICATES = ("", "method", "probability", "by kind of failure", "flights")
 
 SHOWN = (
     "How rare flights are that come this near to failure, or nearer: each line is one estimate, whose dots go from common "
-    "flights at the top to those that fail (×). {}Dashed: the second opinions, by the other method."
+    "flights at the top to those that fail (×, at the end of a dotted line). {}Dashed blue: the second opinions, by the other "
+    "method."
 )
 SCORED = "Scores: 0 is the median of usual flights, 1 their 90 % quantile. "
 """Said where a score is not a ratio to a limit."""
+
+LIMITED = "The dashed red line is the limit. "
+
+
+def explained(names: Sequence[str]) -> str:
+    """What to know of the axes of these kinds of failure."""
+    return SCORED * any(name != Failure.ABOVE.value for name in names) + LIMITED * (Failure.ABOVE.value in names)
+
 
 READING = (
     "Why so few flights suffice: a failure of probability 10⁻⁹ takes a billion flights to be seen once. So flights are "
@@ -88,7 +97,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         markup.Fact("probability of failure", value, f"95 % interval: {low} to {high}"),
         markup.Fact("flights", f"{summary.flights:,}", "in all"),
     ]
-    if summary.one_by_one:
+    if summary.one_by_one and not common(summary):
         facts.append(markup.Fact("plain Monte Carlo", rounded(summary.one_by_one), "flights for the same accuracy"))
     about = {"version": __version__, "campaign": str(path), "name": file.name, "method": file.rare.method.value}
     return Evidence(
@@ -98,7 +107,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         sentences=said,
         record={**about, **as_json(summary)},
         facts=facts,
-        figures=[Figure(LEVELS, SHOWN.format(SCORED * any(name != Failure.ABOVE.value for name in sought(record.pieces))))],
+        figures=[Figure(LEVELS, SHOWN.format(explained(sought(record.pieces))))],
         sections=[
             TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)]),
             nearest(summary, campaign.mission),
@@ -132,15 +141,24 @@ FEW = 3
 """From so many on, metrics are counted."""
 
 
+NEAR = 0.1
+"""Standard deviations from the median within which a failure has nothing unusual."""
+
+SEE_IT = "To see it, write these values into the mission and fly that with `quadstep fly`; its noise is then another."
+
+
 def nearest(summary: RareSummary, mission: Mission) -> TableSection:
     """The values of the keys in the failure nearest to the median, the farthest out first."""
     title, found = "The most likely failure found", summary.nearest
     if found is None:
         return TableSection(title, "nearest", text="No failure was found.")
+    if found.deviations < NEAR:
+        said = "A flight whose keys are all near their medians failed: none of them has to be unusual."
+        return TableSection(title, "nearest", text=said)
     away, where = found.deviations_by_key, f"{found.deviations:.2f} standard deviations from the median"
     ordered = sorted(found.values.items(), key=lambda item: -abs(away[item[0]]))
     rows = [(label(mission, name), text_of(value, 4), f"{round(away[name], 2) + 0.0:+.2f}") for name, value in ordered]
-    header, text = ("key", "value", "deviations from the median"), f"{where} of the distributions."
+    header, text = ("key", "value", "deviations from the median"), f"{where} of the distributions. {SEE_IT}"
     return TableSection(title, "nearest", header, rows, text, shown=f"{title}, {where}")
 
 

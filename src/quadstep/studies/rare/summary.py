@@ -10,12 +10,11 @@ import numpy as np
 from quadstep.metrics.registry import AT_REST
 from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, student_quantile
 from quadstep.report import units
-from quadstep.report.units import counted
 from quadstep.studies.campaign.schema import Method
 from quadstep.studies.rare.mixture import Floats
 from quadstep.studies.rare.point_flyer import Failure
 from quadstep.studies.rare.replicates import PieceKind
-from quadstep.studies.rare.run_folder import FinishedPiece, Nearest
+from quadstep.studies.rare.run_folder import FinishedPiece, Nearest, RepeatedFailures
 
 APART = 10.0
 """Ratio of the largest to the smallest replicate above which they disagree."""
@@ -30,7 +29,7 @@ FEW_AGAIN = 0.1
 """Share of failures that fail again with different noise, below which noise dominates."""
 
 
-HOW = {Failure.ABOVE.value: "completed above a limit", Failure.EARLY.value: "ended early", Failure.ANY.value: "failed"}
+HOW = {Failure.ABOVE.value: "exceeded a limit", Failure.EARLY.value: "ended early", Failure.ANY.value: "failed"}
 """Kinds of failure, as flights are said to fail."""
 
 
@@ -46,12 +45,16 @@ class Crude(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        each = [f"{failed:,} of {flown:,} {HOW.get(kind, kind)}" for kind, (flown, failed) in self.kinds.items()]
-        said = f"{units.listed(each)}: together" if each[1:] else f"{self.failures:,} of {self.flights:,} failed:"
+        kinds = self.kinds or {Failure.ANY.value: (self.flights, self.failures)}
+        each = [f"{count_of(failed)} of {flown:,} {HOW.get(kind, kind)}" for kind, (flown, failed) in kinds.items()]
         return (
-            f"{said} a probability of {units.number(self.rate.value)}, "
+            f"{units.listed(each)}: a failure probability of {units.number(self.rate.value)}, "
             f"between {units.number(self.rate.low)} and {units.number(self.rate.high)} with {100 * (1 - DOUBT):g} % confidence"
         )
+
+
+def count_of(flights: int) -> str:
+    return f"{flights:,}" if flights else "none"
 
 
 class RareSummary(NamedTuple):
@@ -68,7 +71,7 @@ class RareSummary(NamedTuple):
     crude: Crude
     opinions: dict[str, float]
     nearest: Nearest | None
-    again: float | None
+    again: RepeatedFailures
     warnings: tuple[str, ...]
     rest: Mapping[str, str] = {}
 
@@ -87,7 +90,7 @@ def summarise(done: Sequence[FinishedPiece]) -> RareSummary:
     flown, failed = sum(one.flights for one in again), sum(one.failures for one in again)
     found = RareSummary(
         probability, tuple(probabilities.tolist()), sum(one.flights for one in done), spread, one_by_one, crude, opinions,
-        nearest, failed / flown if flown else None, (),
+        nearest, RepeatedFailures(flights=flown, failures=failed), (),
     )  # fmt: skip
     return found._replace(warnings=tuple(warnings(found)))
 
@@ -147,10 +150,11 @@ def warnings(summary: RareSummary) -> list[str]:
                 f"A second opinion finds more failures: {probability:.3g} ({what}). The estimate may have missed a failure "
                 "mode; name the metrics that predict it (rare.score)."
             )
-    if summary.again is not None and summary.again < FEW_AGAIN:
+    again = summary.again
+    if again.failures < FEW_AGAIN * again.flights:
         said.append(
-            f"Noise decides: only {100 * summary.again:.2g} % of the failed flights fail again with different noise, which "
-            "is redrawn and not steered towards failure. Expect little saving over plain Monte Carlo flights."
+            f"Chance decides here: {count_of(again.failures)} of {again.flights} failed flights failed again when their noise "
+            "was redrawn, which is not steered towards failure."
         )
     return said
 
@@ -165,7 +169,7 @@ def as_json(summary: RareSummary) -> dict[str, object]:
         "crude": {**summary.crude._asdict(), "kinds": dict(summary.crude.kinds), "rate": summary.crude.rate._asdict()},
         "opinions": summary.opinions,
         "nearest_failure": summary.nearest.model_dump() if summary.nearest else None,
-        "fail_again_with_other_noise": summary.again,
+        "fail_again_with_other_noise": summary.again.failures / summary.again.flights if summary.again.flights else None,
         "warnings": list(summary.warnings),
         AT_REST: dict(summary.rest),
     }
@@ -179,24 +183,38 @@ def rounded(flights: float) -> str:
 def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[str]:
     """What was found, the answer first. meaning: as `Campaign` has it."""
     value, low, high = (units.number(part) for part in summary.probability)
-    count = len(summary.replicates)
-    doubt = ", if no kind of failure was missed"
-    if summary.warnings:
-        doubt = f", which is doubtful: see the {counted(len(summary.warnings), 'warning')}"
     often = (
         f" (about 1 flight in {rounded(1.0 / summary.probability.value)})" if 0.0 < summary.probability.value < 0.01 else ""
     )
-    lines = [
-        f"A flight fails with probability {value}{often}, with 95 % confidence {low} to {high}{doubt}. From {count} "
-        f"independent estimates (replicates) by {method.words}{meaning}."
-    ]
-    if summary.one_by_one:
+    check = f"flights drawn as in the campaign, {summary.crude.sentence}."
+    source = f"From {len(summary.replicates)} independent estimates (replicates) by {method.words}{meaning}."
+    estimate = f"{value}{often}, with 95 % confidence {low} to {high},"
+    lines = [f"A flight fails with probability {estimate} if no kind of failure was missed. {source}"]
+    if summary.warnings:
+        see = f"see the warning{'s' * bool(summary.warnings[1:])}"
+        lines = [f"Of {check} The estimate, {estimate} is doubtful: {see}. {source}"]
+    if summary.one_by_one and common(summary):
+        rare = f" is not rare ({units.percent(summary.probability.value)})" if summary.probability.value >= COMMON else ""
+        plain = "a plain campaign needs fewer flights"
+        begin = f"This failure{rare}: {plain}" if rare else f"{plain[0].upper()}{plain[1:]} for this failure"
+        lines[0] = f"{begin}, {rounded(summary.one_by_one)} instead of {summary.flights:,} for the same accuracy. {lines[0]}"
+    elif summary.one_by_one:
         times = summary.one_by_one / summary.flights
         lines.append(
             f"{summary.flights:,} flights in all; plain Monte Carlo would need {rounded(summary.one_by_one)} for the same "
             f"accuracy, {rounded(times) if times >= 10.0 else units.number(times, 2)} times as many."
         )
-    lines.append(f"Plain Monte Carlo, as a check: of flights drawn as in the campaign, {summary.crude.sentence}.")
-    if summary.again is not None:
-        lines.append(f"Of the failures that were flown again with different noise, {100 * summary.again:.3g} % failed again.")
+    if not summary.warnings:
+        lines.append(f"Plain Monte Carlo, as a check: of {check}")
+        if again := summary.again.flights:
+            lines.append(f"{summary.again.failures} of {again} failures failed again when flown with different noise.")
     return lines
+
+
+COMMON = 0.01
+"""Probability from which on a failure is not called rare."""
+
+
+def common(summary: RareSummary) -> bool:
+    """Whether a plain campaign would have needed fewer flights."""
+    return summary.one_by_one is not None and summary.one_by_one < summary.flights
