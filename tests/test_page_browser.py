@@ -280,9 +280,9 @@ def test_a_control_says_what_it_is_how_far_it_goes_and_what_it_was(open_page, br
     control.get_by_role("button", name="About K r1").press("Enter")
     hint = control.locator(".hint").inner_text().replace("\u00a0", " ")
     assert hint.startswith("Gain of r1, the filtered error; the theorem requires") and hint.endswith(
-        "; any positive number can be typed. Original: 3 N s/m."
+        "; you can type any positive number. Original: 3 N s/m."
     )
-    assert f". {ends[0]} to {ends[1]} N s/m; " in hint
+    assert f". Slider {ends[0]} to {ends[1]} N s/m; " in hint
     assert control.locator("input[type=range]:visible").get_attribute("aria-describedby") == control.locator(
         ".hint"
     ).get_attribute("id")

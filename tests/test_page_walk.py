@@ -105,6 +105,26 @@ def test_a_step_waits_for_a_guess_then_flies_and_says_what_was_right(open_page, 
     assert axe(page) == []
 
 
+def test_a_walk_shows_what_was_not_guessed_and_ends_with_how_many_guesses_were_right(open_page, tmp_path):
+    write(tmp_path, LINE)
+    step = STEP.format(number=1).replace('watch = "net"', 'watch = "position-error"' + ASKED)
+    story = write(tmp_path, "# A walk\n\n" + step + step.replace("Step 1", "Step 2"), "story.md")
+    page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"), width=1440)
+    page.click("#guide-start")
+    page.locator(".choice").nth(1).click()
+    assert page.locator("#plots .guide-plot .plot").count() == 1  # where the other plots are
+    page.click("#guide-next")
+    assert page.locator("#guide-finish").inner_text() == "Show me" and page.locator("#plots .guide-plot .plot").count() == 0
+    page.click("#guide-finish")
+    assert page.locator("#guess-verdict").inner_text() == "The answer: later."
+    assert page.locator(".guide-trial").is_visible() and "K_r1:1.5" in page.evaluate("location.hash")
+    page.click("#guide-finish")
+    card = page.locator(".guide-card").inner_text()
+    assert "You guessed 1 of 2 right." in card and "quadstep explain" in card and "Six motions, four inputs" in card
+    assert page.evaluate("quadstep.settings().values") == {}
+    assert page.locator(".guide-plot .plot").count() == 0
+
+
 CALM = """
 [controller]
 type = "backstepping"
@@ -140,3 +160,13 @@ def test_only_a_control_that_changes_how_long_the_path_takes_hides_that_it_is_fl
     for control, value, said in (("radius", 2.9, True), ("period", 9.5, False)):
         page.evaluate("([control, value]) => quadstep.setControl(control, value)", [control, value])
         assert ("Only the first 12 s of a path of" in page.locator("#summary-words").inner_text()) == said
+
+
+def test_numbers_and_plots_say_from_when_on_errors_count(open_page, tmp_path):
+    text = "score_from = 2.0\n" + (OWN.parent / "rotor.toml").read_text()
+    page = open_page(file=write(tmp_path, fly_missions([write(tmp_path, text, "scored.toml")]), "page.html"))
+    labels = page.locator("#summary-figures dt").all_inner_texts()
+    assert labels[:2] == ["RMSE from 2 s on", "Largest error from 2 s on"] and "from" not in labels[2]
+    for plot in ("position", "position-error"):
+        assert page.locator(f"#plot-{plot} .note").inner_text() == "Shaded: errors count only from 2 s on."
+    assert page.locator("#plot-rotors .note").inner_text().startswith("Pale bands:")

@@ -50,18 +50,18 @@ export function badge(host: HTMLElement, shown: Shown): void {
   fill(host, details);
 }
 
-const LIMITED = "The theory of these conditions leaves out the limits of rotors, so it does not cover this vehicle.";
+const LIMITED = "These conditions assume unlimited rotors, so they guarantee nothing for this vehicle.";
 
 /** Why a lost flight does not contradict the conditions that hold: what they promise (docs/theory.md, Theorem A, for the greatest thrust). */
 function promise({ conditions, measures: { thrust } }: Shown): string {
   const broken = conditions.filter(({ holds }) => !holds);
   const repaired = conditions.find(({ condition }) => condition.source === "repaired theorem at hover");
-  if (repaired && broken.length === 1 && broken[0] === repaired) return "The gain conditions as printed are not enough: that of the repaired theorem does not hold.";
+  if (repaired && broken.length === 1 && broken[0] === repaired) return "The printed gain conditions are not sufficient: the repaired theorem’s condition is violated.";
   if (broken.length) return "";
   if (!repaired || thrust === undefined) return "No contradiction: the conditions do not promise that the flight stays bounded.";
   const flown = quantity(thrust, "N");
   return repaired.left > thrust * thrust
-    ? `No contradiction: at thrusts up to the ${flown} of this flight, the repaired theorem only says when L falls; it does not bound the flight.`
+    ? `No contradiction: at thrusts up to the ${flown} of this flight, the repaired theorem only says when the Lyapunov function falls; it does not bound the flight.`
     : `No contradiction: the repaired theorem’s condition holds at hover, but not at the ${flown} that this flight reached.`;
 }
 

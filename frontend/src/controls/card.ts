@@ -26,9 +26,9 @@ const UNBOUNDED = 1e9; // what Python sends where a number has no limit of its o
 
 /** What can be typed beside a slider, in words where there is no limit. */
 function typable({ low, high }: Control): string {
-  if (high < UNBOUNDED) return `${plain(low)} to ${plain(high)} can be typed`;
-  if (low > 0 && low <= 1 / UNBOUNDED) return "any positive number can be typed";
-  return low > -UNBOUNDED ? `any number from ${plain(low)} up can be typed` : "any number can be typed";
+  if (high < UNBOUNDED) return `you can type ${plain(low)} to ${plain(high)}`;
+  if (low > 0 && low <= 1 / UNBOUNDED) return "you can type any positive number";
+  return low > -UNBOUNDED ? `you can type any value ≥ ${plain(low)}` : "you can type any number";
 }
 
 let made = 0;
@@ -39,6 +39,7 @@ function about(control: Control): { button: HTMLElement; line: HTMLElement; orig
   const original = others.every((value) => value === first) ? first! : null;
   const shown = (value: number): string => (control.kind === "toggle" ? (value ? "on" : "off") : join(plain(value), prose(plainUnit(control.unit))));
   const far = h("span");
+  const { low, high } = control;
   const file = original === null ? control.components.map(({ label, value }) => `${flat(label)} ${shown(value)}`).join(", ") : shown(original);
   const line = h("p", { class: "hint", id: `about-${++made}`, hidden: true }, ...rich(closed(control.hint)), " ", far, `Original: ${file}.`);
   const button = h("button", { type: "button", class: "about", "aria-expanded": "false", "aria-controls": line.id, "aria-label": `About ${spoken(control.label)}` }, "?");
@@ -47,7 +48,7 @@ function about(control: Control): { button: HTMLElement; line: HTMLElement; orig
     line.hidden = !line.hidden;
     button.setAttribute("aria-expanded", String(!line.hidden));
   });
-  return { button, line, original, reaches: ({ min, max }) => (far.textContent = `${plain(min)} to ${shown(max)}; ${typable(control)}. `) };
+  return { button, line, original, reaches: ({ min, max }) => (far.textContent = min <= low && max >= high ? `${plain(min)} to ${shown(max)}. ` : `Slider ${plain(min)} to ${shown(max)}; ${typable(control)}. `) };
 }
 
 /** Whether components have words for names, not letters. */

@@ -11,9 +11,9 @@ const FINE = 400; // positions of a slider
 /** Between a slider's position, 0 to FINE, and a value. */
 export function valueOfPosition(control: Control, position: number): number {
   const share = position / FINE;
-  if (control.scale === "log") return Number((control.min * (control.max / control.min) ** share).toPrecision(4));
+  if (control.scale === "log") return Number((control.min * (control.max / control.min) ** share).toPrecision(3));
   const raw = control.min + share * (control.max - control.min);
-  const step = control.step > 0 ? control.step : (control.max - control.min) / FINE;
+  const step = stepSize(control);
   return Number((control.min + Math.round((raw - control.min) / step) * step).toPrecision(10));
 }
 
@@ -117,6 +117,12 @@ function exact(value: number): string {
 }
 
 function stepOf(control: Control): number {
-  if (control.scale === "log" || !(control.step > 0)) return 1;
-  return Math.max((control.step / (control.max - control.min)) * FINE, 1);
+  return control.scale === "log" ? 1 : Math.max((stepSize(control) / (control.max - control.min)) * FINE, 1);
+}
+
+/** Of a linear slider: the control's own step, or the least of 1, 2 and 5 times a power of ten that is not finer than a position. */
+function stepSize({ min, max, step }: Control): number {
+  const least = (max - min) / FINE;
+  const ten = 10 ** Math.floor(Math.log10(least));
+  return step > 0 ? step : ten * [1, 2, 5, 10].find((times) => times * ten >= least * (1 - 1e-9))!;
 }

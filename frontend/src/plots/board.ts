@@ -4,6 +4,7 @@ import { asFlights } from "../logs/log";
 import type { Session, Shown } from "../session";
 import type { Clock } from "../view/clock";
 import { fill, h } from "../view/dom";
+import { plain } from "../view/format";
 import { download, downloadText, fileName } from "../view/download";
 import { palette } from "../view/theme";
 import { Arrangement } from "./arrangement";
@@ -123,6 +124,8 @@ export class Board {
     }
     const data = shown.data.panels.find((panel) => panel.id === id);
     const panel = data && panelOf({ ...data, log: log ?? data.log }, shown.flight, this.overlays(shown));
+    const { since } = shown.data.summary;
+    if (panel && since > 0 && id.startsWith("position")) return { ...panel, uncounted: since, note: `Shaded: errors count only from ${plain(since)} s on.` };
     const note = id === "attitude" ? offCommand(shown) : id === "rotors" && shown.flight.has("f1_whole") ? WHOLE : "";
     return panel && note ? { ...panel, note } : panel;
   }

@@ -40,8 +40,10 @@ export function yOf(panel: Panel, frame: Frame, value: number): number {
 }
 
 export function drawFigure(surface: Surface, panel: Panel, frame: Frame, palette: Palette): void {
-  drawAxes(surface, panel, frame, palette);
   const { box, time } = frame;
+  const shade = xOf(frame, panel.uncounted ?? time.least) - box.left;
+  if (shade > 0) surface.rectangle({ ...box, width: Math.min(shade, box.width) }, palette.muted, 0.14);
+  drawAxes(surface, panel, frame, palette);
   const mapping = {
     x: (t: number): number => xOf(frame, t, panel),
     y: (v: number): number => (Number.isFinite(v) ? yOf(panel, frame, v) : Number.NaN),

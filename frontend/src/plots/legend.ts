@@ -31,7 +31,8 @@ export class Legend {
     }
     for (const role of ["desired", "ghost", "kept", "file"] as const) {
       const first = panel.curves.find((curve) => curve.role === role);
-      const name = role === "desired" && panel.title.includes("commanded") ? "commanded" : role;
+      const band = panel.title.includes("commanded") ? "commanded" : panel.id === "rotors" ? "without the fault" : panel.id === "net" ? "to cancel" : role;
+      const name = role === "desired" ? band : role;
       if (first) this.roles.append(h("span", {}, mark(first, palette, palette.muted), name));
     }
   }

@@ -28,6 +28,8 @@ export interface Panel {
   readonly unit: string;
   readonly logarithmic: boolean;
   readonly curves: readonly Curve[];
+  /** Until when errors do not count [s]. */
+  readonly uncounted?: number;
   /** What runs across, if not time; of a logarithmic range the exponents of ten. */
   readonly across?: { readonly label: string; readonly logarithmic: boolean; readonly range: { readonly least: number; readonly most: number } };
 }

@@ -19,6 +19,7 @@ const HEIGHT = 96; // px
 export class RatePanel {
   tally: Tally | undefined;
   private flight = "";
+  private from = ""; // when errors begin to count, in words
   private pool: Pool | undefined;
   private rate: Rate | undefined;
   private usual: readonly number[] = [];
@@ -62,6 +63,7 @@ export class RatePanel {
 
   private open(data: FlightData): void {
     this.flight = data.id;
+    this.from = data.summary.since > 0 ? ` from ${plain(data.summary.since)}\u00a0s on` : "";
     this.rate = data.rate ?? undefined;
     this.most = 0;
     this.pool = data.rate ? new Pool(data, data.rate, (done) => {
@@ -92,7 +94,7 @@ export class RatePanel {
   private draw(): void {
     const { tally, rate } = this;
     if (!tally || !rate) return;
-    if (tally.flown) this.words.replaceChildren(...sentence(tally, rate), ...(this.before === tally ? [] : paired(tally, this.before)));
+    if (tally.flown) this.words.replaceChildren(...sentence(tally, rate, this.from), ...(this.before === tally ? [] : paired(tally, this.before)));
     this.note.textContent = `${Object.keys(rate.failure).length ? "A flight fails if it is lost or leaves these bounds" : "A flight fails if it is lost"}. ${rate.keys.length ? `Varied from flight to flight: ${rate.keys.join("; ")}. ` : ""}${tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`}`;
     this.histogram(tally, rate);
   }
@@ -130,9 +132,9 @@ export class RatePanel {
     if (limit !== undefined) surface.polyline([x(limit), 4, x(limit), floor], { colour: colours.ink, width: 1, dash: [3, 3] });
     const small = { colour: colours.muted, size: 11, align: "center" } as const;
     const places = marks(0, most, right / 70);
-    places.forEach((value, i) => surface.text(Math.min(x(value), right - 2), floor + 11, i === places.length - 1 ? `${plain(value)} m` : plain(value), i === places.length - 1 ? { ...small, align: "right" } : small));
+    places.forEach((value, i) => surface.text(Math.min(x(value), right - 2), floor + 11, i === places.length - 1 ? `${metric === "largest_error" ? "largest error" : "position RMSE"}${this.from}, ${plain(value)} m` : plain(value), i === places.length - 1 ? { ...small, align: "right" } : small));
     surface.text(right + 25, floor + 11, "lost", small);
-    this.canvas.setAttribute("aria-label", `Histogram of the ${metric === "largest_error" ? "largest error" : "position RMSE"} of ${kept.length} completed flights; ${lost} were lost.`);
+    this.canvas.setAttribute("aria-label", `Histogram of the ${metric === "largest_error" ? "largest error" : "position RMSE"}${this.from} of ${kept.length} completed flights; ${lost} were lost.`);
   }
 }
 
@@ -144,11 +146,11 @@ function varied({ varies }: Rate, { given, law }: Setting): number[] {
   });
 }
 
-function sentence(tally: Tally, rate: Rate): Node[] {
+function sentence(tally: Tally, rate: Rate, from: string): Node[] {
   const { failures, flown } = tally;
   const { value, low, high } = exactShare(failures, flown);
   const percent = (share: number): string => `${number(100 * share, 3)}\u00a0%`;
-  const bounds = Object.entries(rate.failure).map(([name, most]) => `${name === "largest_error" ? "largest error" : "position RMSE"} at most ${quantity(most, "m")}`);
+  const bounds = Object.entries(rate.failure).map(([name, most]) => `${name === "largest_error" ? "largest error" : "position RMSE"}${from} at most ${quantity(most, "m")}`);
   const strong = h("b", {}, `${failures} of ${flown} flights fail: ${percent(value)}`);
   return [strong, document.createTextNode(` (95 % interval ${percent(low)} to ${percent(high)})${bounds.length ? `; ${bounds.join(", ")}` : ""}.`)];
 }

@@ -37,7 +37,7 @@ export class Cameras {
   follow(vehicle: Vector3, size: number): void {
     this.view = "follow";
     this.last.copy(vehicle);
-    this.look(vehicle, size * 9);
+    this.look(vehicle.clone().setZ(vehicle.z + size), size * 10); // below the middle: its thrust points up
   }
 
   /** The vehicle moved: a camera that follows moves with it. */

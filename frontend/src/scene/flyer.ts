@@ -92,7 +92,7 @@ export class Flyer {
     const along = new Vector3();
     for (const drawn of this.drawn) {
       drawn.size = drawn.at(t, along).length();
-      drawn.arrow.set(this.position, along.multiplyScalar(drawn.scale * unit), Math.min(unit * 0.032, thickest));
+      drawn.arrow.set(this.position, along.multiplyScalar(unit * Math.min(drawn.scale, LONGEST / Math.max(drawn.size, 1e-9))), Math.min(unit * 0.032, thickest));
       drawn.tip.copy(this.position).add(along);
     }
   }
@@ -128,6 +128,8 @@ export class Flyer {
     for (const arrow of this.data.arrows) add(arrow.label, arrow.unit, arrow.kind, 1, (_, out) => out.set(0, 0, 0));
   }
 }
+
+const LONGEST = 3.2; // of an arrow, in sizes of the vehicle: beyond it only the number beside it grows
 
 /** The length of the longest of a vector's values in a flight; 1 if it is always zero. */
 function greatest(drawn: Drawn, flight: Flight): number {

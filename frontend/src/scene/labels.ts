@@ -2,6 +2,7 @@
 
 import { type PerspectiveCamera, Vector3 } from "three";
 
+import { FONT } from "../plots/surface";
 import { byId, h } from "../view/dom";
 
 export type Kind = "axis" | "tick" | "thrust" | "force" | "wind" | "end";
@@ -42,13 +43,13 @@ export class Labels {
     this.host.append(this.call);
   }
 
-  /** Begin a picture. */
-  begin(): void {
+  /** Begin a picture; paper: of this size [px], with nothing before it. */
+  begin(paper?: { readonly width: number; readonly height: number }): void {
     this.used = 0;
     this.call.hidden = true;
     const { left, top, width, height } = this.host.getBoundingClientRect();
-    this.whole = { left: 0, top: 0, right: width, bottom: height };
-    this.taken = [...document.querySelectorAll(OTHERS)].map((other) => {
+    this.whole = { left: 0, top: 0, right: paper?.width ?? width, bottom: paper?.height ?? height };
+    this.taken = paper ? [] : [...document.querySelectorAll(OTHERS)].map((other) => {
       const box = other.getBoundingClientRect();
       return { left: box.left - left, top: box.top - top, right: box.right - left, bottom: box.bottom - top };
     });
@@ -99,6 +100,17 @@ export class Labels {
     const box = boxes.find((one) => !overlap(one, drawn) && !this.clash(one)) ?? boxes.find((one) => !this.clash(one)) ?? boxes[0]!;
     this.taken.push(box);
     call.style.transform = `translate(${box.left.toFixed(1)}px, ${box.top.toFixed(1)}px)`;
+  }
+
+  /** What was put into the picture, on a canvas. */
+  print(pen: CanvasRenderingContext2D, colour: string): void {
+    Object.assign(pen, { font: `${HEIGHT}px ${FONT}`, fillStyle: colour, textBaseline: "top" });
+    for (const { textContent, style, className } of this.pool.slice(0, this.used)) {
+      const [x, y] = [...style.transform.matchAll(/-?[\d.]+/g)].map(Number) as [number, number];
+      const kind = Object.keys(RISE).find((one) => className.split(" ").includes(one)) as Kind;
+      pen.textAlign = className.endsWith(" left") ? "right" : "left";
+      pen.fillText(textContent ?? "", x, y + RISE[kind]);
+    }
   }
 
   /** End it: what was not used is gone. */

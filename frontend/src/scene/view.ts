@@ -137,9 +137,12 @@ export class SceneView {
   onPaper(canvas: HTMLCanvasElement): void {
     const { width, height } = this.renderer.getSize(new Vector2());
     this.size(PAPER.width, PAPER.height);
-    this.draw();
+    this.draw(PAPER);
     [canvas.width, canvas.height] = [this.canvas.width, this.canvas.height];
-    canvas.getContext("2d")?.drawImage(this.canvas, 0, 0);
+    const pen = canvas.getContext("2d");
+    pen?.drawImage(this.canvas, 0, 0);
+    pen?.scale(canvas.width / PAPER.width, canvas.height / PAPER.height);
+    if (pen) this.labels.print(pen, this.palette.value.ink);
     this.size(width, height);
     this.draw();
   }
@@ -248,7 +251,7 @@ export class SceneView {
     });
   }
 
-  private draw(): void {
+  private draw(paper?: typeof PAPER): void {
     const { flyer, camera, labels } = this;
     this.cameras.keepAbove(this.level);
     const seen = this.cameras.controls.target;
@@ -259,7 +262,7 @@ export class SceneView {
     this.sky.place(camera.position, camera.far);
     this.axes.place(this.level, roundStep(this.radius / 4));
     camera.updateMatrixWorld();
-    labels.begin();
+    labels.begin(paper);
     if (flyer) {
       const height = this.canvas.clientHeight || this.canvas.height; // none where print styles hide it
       const pixel = (2 * Math.tan((FOV * Math.PI) / 360)) / height;

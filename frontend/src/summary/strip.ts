@@ -29,10 +29,11 @@ export class SummaryStrip {
   private show(shown: Shown, filed: Measures): void {
     const { measures } = shown;
     const compared = !shown.asFiled && comparable(shown);
+    const counted = when(shown);
     const cells = entries(measures).map(({ label, text, hint }, i) => {
       const theirs = entries(filed)[i]!.text;
       const beside = compared ? h("span", { class: "filed" }, `was ${theirs}`) : null;
-      return h("div", { title: hint }, h("dt", {}, label), h("dd", {}, text, beside));
+      return h("div", { title: hint }, h("dt", {}, label, i < 2 && text !== "–" ? counted : ""), h("dd", {}, text, beside));
     });
     fill(this.figures, ...cells);
     const said = besides(shown);
@@ -64,6 +65,12 @@ function entries({ rmse, largest, tilt, share, thrust }: Measures): Entry[] {
   ];
 }
 
+/** The stretch of time over which errors count, where that is not the whole flight as asked. */
+function when({ flight, data: { summary } }: Shown): string {
+  const from = summary.since > 0 ? ` from ${plain(summary.since)} s` : "";
+  return flight.held ? from && `${from} on` : `${from} until ${flight.ended.toFixed(2)} s`;
+}
+
 /** Numbers of flights are compared where both flew for the same time. */
 function comparable({ flight, data, whole }: Shown): boolean {
   return whole === undefined && flight.held && data.outcome.grade !== "lost" && Math.abs(data.outcome.ended - flight.ended) < 1e-6;
@@ -79,8 +86,9 @@ function besides(shown: Shown): string[] {
   const why = flight.held
     ? [heavy, graded.left, ...graded.reasons.slice(graded.above.length), limited, sameTime ? data.summary.cut : ""]
     : [heavy, `${flight.why || "it was lost"}${data.whyNot ? "" : "; the numbers stop there"}`];
-  const original = data.outcome.grade === "lost" ? `was lost at ${data.outcome.ended.toFixed(2)} s` : `flew for ${number(data.outcome.ended, 3)} s`;
-  const compared = asFiled || comparable(shown) ? "" : `the original ${original}`;
+  const lost = data.outcome.grade === "lost";
+  const original = lost ? `was lost at ${data.outcome.ended.toFixed(2)} s` : `flew for ${number(data.outcome.ended, 3)} s`;
+  const compared = asFiled || (flight.held ? !lost : comparable(shown)) ? "" : `the original ${original}${lost && flight.held ? ", this flight goes on to its end" : ""}`;
   return [...why, compared].filter(Boolean).map((one) => closed(`${one[0]!.toUpperCase()}${one.slice(1)}`));
 }
 
@@ -110,6 +118,6 @@ function changes({ data, settings, asFiled }: Shown): string {
 }
 
 function spoken(shown: Shown): string {
-  const figures = entries(shown.measures).map(({ label, text }) => `${label} ${text}`);
+  const figures = entries(shown.measures).map(({ label, text }, i) => `${label}${i < 2 && text !== "–" ? when(shown) : ""} ${text}`);
   return `${closed(outcome(shown))} ${besides(shown).join(" ")} ${figures.join(", ")}.`;
 }

@@ -6,15 +6,15 @@ import { fill, h } from "../view/dom";
 import { quantity } from "../view/format";
 import { rich } from "../view/notation";
 
-/** The question; made: called once, when a choice is taken, with what is then said. */
-export function question(guess: Guess, made: (verdict: HTMLElement) => void): HTMLElement {
+/** The question, and what answers it without a guess. made: called once, with what is then said, and whether the guess was right. */
+export function question(guess: Guess, made: (verdict: HTMLElement, right: boolean) => void): { host: HTMLElement; show: () => void } {
   const host = h("div", { class: "guide-guess", role: "group", "aria-label": "Guess first" });
-  const take = (place: number): void => {
+  const take = (place?: number): void => {
     const right = guess.choices[guess.answer]!;
-    const said = place === guess.answer ? `✓ You guessed right: ${right}.` : `✕ You guessed “${guess.choices[place]!}”; the answer is “${right}”.`;
+    const said = place === undefined ? `The answer: ${right}.` : place === guess.answer ? `✓ You guessed right: ${right}.` : `✕ You guessed “${guess.choices[place]!}”; the answer is “${right}”.`;
     const verdict = h("p", { class: "guide-text", tabindex: -1, id: "guess-verdict" }, ...rich(said));
     fill(host, h("p", { class: "guide-text" }, ...rich(guess.ask)), verdict);
-    made(verdict);
+    made(verdict, place === guess.answer);
   };
   const buttons = guess.choices.map((choice, place) => {
     const button = h("button", { type: "button", class: "plain choice" }, ...rich(choice));
@@ -22,7 +22,7 @@ export function question(guess: Guess, made: (verdict: HTMLElement) => void): HT
     return button;
   });
   fill(host, h("h3", { class: "guide-what" }, "Guess first"), h("p", { class: "guide-text" }, ...rich(guess.ask)), h("div", { class: "guide-choices" }, ...buttons));
-  return host;
+  return { host, show: take };
 }
 
 const MEASURES = { rmse: ["RMSE", "m"], largest: ["largest error", "m"], tilt: ["largest tilt", "rad"] } as const;

@@ -17,9 +17,12 @@ export class Guide {
   readonly at = new Watched<number | undefined>(undefined);
   private readonly slot = h("div", { class: "guide-control" });
   private readonly plot = h("div", { class: "guide-plot" });
+  private readonly wide = matchMedia("(min-width: 1180px)"); // as frame.css has it
+  private inline: HTMLElement | undefined;
   private readonly goal = h("p", { class: "guide-text guide-goal", role: "status" });
   private made: { card: Card; owner: Controller | undefined } | undefined;
   private key = "";
+  private readonly right = new Map<number, boolean>(); // by step
 
   /** began: told each step as it is set up. */
   constructor(
@@ -32,6 +35,13 @@ export class Guide {
   ) {
     this.close();
     session.shown.watch((shown) => shown && this.follow(shown));
+    this.wide.addEventListener("change", () => this.settle());
+  }
+
+  /** What is watched stands first among the plots where these are beside the walk, else in it. */
+  private settle(): void {
+    if (this.wide.matches) byId("chooser").before(this.plot);
+    else this.inline?.append(this.plot);
   }
 
   get step(): StepData | undefined {
@@ -57,14 +67,31 @@ export class Guide {
     this.at.set(undefined);
     delete document.body.dataset["walking"];
     this.wait(false);
-    this.board.watch(undefined);
+    this.board.watch(undefined, this.plot);
     const count = this.story.steps.length;
-    const start = h("button", { type: "button", class: "primary", id: "guide-start" }, "Start the walk");
-    start.addEventListener("click", () => {
+    this.invite("New here?", "Start the walk", `“${this.story.title}”: in each of ${count} steps, move one control and watch one thing.`);
+  }
+
+  private invite(title: string, start: string, text: string, ...more: HTMLElement[]): void {
+    const button = h("button", { type: "button", class: "primary", id: "guide-start" }, start);
+    button.addEventListener("click", () => {
+      this.right.clear();
       this.open(0);
       this.reveal();
     });
-    fill(this.host, h("div", { class: "guide-card" }, h("h2", {}, "New here?"), h("p", {}, `“${this.story.title}”: in each of ${count} steps, move one control and watch one thing.`), start));
+    fill(this.host, h("div", { class: "guide-card" }, h("h2", {}, title), h("p", {}, text, ...more), button));
+  }
+
+  /** The last step's flight as its file has it, how good the guesses were, and what there is besides. */
+  private finish(): void {
+    const asked = this.story.steps.filter(({ guess }) => guess).length;
+    const good = [...this.right.values()].filter(Boolean).length;
+    const { flight } = this.step!;
+    this.close();
+    this.session.select(flight);
+    const beside = this.session.page.links.map(({ label, href }) => h("a", { href }, label)).flatMap((link) => [" ", link, "."]);
+    const more = h("span", {}, "The sliders and flights of this page are yours now.", ...beside, " To go on: ", h("code", {}, "quadstep explain"), " writes an article that takes the proof apart; the ten lessons of the documentation begin with “Six motions, four inputs”, and ", h("code", {}, "quadstep check"), " flies your solutions of their exercises.");
+    this.invite("The end of the walk", "Walk again", asked ? `You guessed ${good} of ${asked} right. ` : "", more);
   }
 
   /** Until a guess is made nothing can be tried that answers it. */
@@ -75,10 +102,13 @@ export class Guide {
 
   private build(step: StepData, place: number): void {
     const last = this.story.steps.length - 1;
+    let waiting = step.guess !== null;
     const button = (text: string, id: string, to: number | undefined): HTMLButtonElement => {
       const made = h("button", { type: "button", class: id === "guide-next" ? "primary" : "plain", id, disabled: to !== undefined && (to < 0 || to > last) }, text);
       made.addEventListener("click", () => {
-        if (to === undefined) this.close();
+        if (waiting && id !== "guide-leave" && to !== place - 1) return asked!.show();
+        if (id === "guide-finish") this.finish();
+        else if (to === undefined) this.close();
         else this.open(to);
         this.reveal();
       });
@@ -87,6 +117,10 @@ export class Guide {
     const again = h("button", { type: "button", class: "plain", id: "guide-again" }, "Reset this step");
     again.addEventListener("click", () => this.open(place));
     const watch = (): void => this.board.watch(step.watch === "scene" ? undefined : step.watch, this.plot);
+    const inline = h("div", { hidden: step.watch === "scene" });
+    this.inline = inline;
+    this.settle();
+    byId("plots").scrollTop = 0;
     const text = step.text.map((paragraph) => h("p", { class: "guide-text guide-said" }, ...rich(paragraph)));
     const trial = h(
       "div",
@@ -96,28 +130,35 @@ export class Guide {
       this.slot,
       wanted(step) ? this.goal : null,
       step.watch === "scene" ? null : h("h3", { class: "guide-what" }, "Watch"),
-      step.watch === "scene" ? h("p", { class: "guide-text" }, "Watch the vehicle in the scene.") : this.plot,
+      h("p", { class: "guide-text guide-where" }, step.watch === "scene" ? "The vehicle in the scene." : "The first plot on the right."),
+      inline,
     );
-    const guessed = (verdict: HTMLElement): void => {
+    const guessed = (verdict: HTMLElement, right: boolean): void => {
+      waiting = false;
+      onward.textContent = place < last ? "Next" : "Finish";
+      this.right.set(place, right);
       trial.hidden = false;
       this.wait(false);
       watch();
       const { settings } = this.session.shown.value!;
       this.session.apply({ ...settings, values: { ...settings.values, ...step.guess!.values } });
-      this.reveal(verdict, verdict);
+      this.reveal(verdict.parentElement!, verdict);
     };
+    const asked = step.guess && question(step.guess, guessed);
+    const onward = place < last ? button("Next", "guide-next", place + 1) : button("Finish", "guide-finish", undefined);
+    if (waiting) onward.textContent = "Show me";
     fill(
       this.host,
       h("p", { class: "guide-place" }, `Step ${place + 1} of ${last + 1} · ${this.session.page.flights.find(({ id }) => id === step.flight)!.name}`, button("Leave the walk", "guide-leave", undefined)),
       h("progress", { max: last + 1, value: place + 1, "aria-label": "Progress of the walk" }),
       h("h2", { tabindex: -1 }, ...rich(step.title)),
       ...(step.guess ? [] : text),
-      step.guess ? question(step.guess, guessed) : null,
+      asked?.host,
       trial,
-      h("div", { class: "guide-ways" }, button("Back", "guide-back", place - 1), again, place < last ? button("Next", "guide-next", place + 1) : button("Finish", "guide-finish", undefined)),
+      h("div", { class: "guide-ways" }, button("Back", "guide-back", place - 1), again, onward),
     );
     this.wait(step.guess !== null);
-    if (step.guess) this.board.watch(undefined);
+    if (step.guess) this.board.watch(undefined, this.plot);
     else watch();
   }
 

@@ -243,7 +243,7 @@ class RotationBackstepping(Controller):
     def conditions(self, gains: RotationGains, model: Model) -> Sequence[Condition]:
         """The condition of Theorem 5.1 that is left when the rigid-body torque is fed forward: K_r1 > m Lambda_1."""
         pairs = zip(AXES, gains.gain_1, gains.slope_1, strict=True)
-        return [Condition(f"K_r1 ({axis}) > Lambda1", k, slope, "Theorem 5.1, over mass") for axis, k, slope in pairs]
+        return [Condition(f"K_r1 ({axis}) > Lambda1", k, slope, "Theorem 5.1, per unit mass") for axis, k, slope in pairs]
 
 
 def force_basis(gains: RotationGains, measured: Measured, axis: Vector, force: Vector) -> Vector:

@@ -71,13 +71,13 @@ def net_sliders(declarations: Mapping[str, object], gains: object, section: Cont
     for name in (name for name, start in declarations.items() if isinstance(start, LearningStart)):
         never = parameter(f"gains.{name}", 0.0, 1, math.inf)
         found += [
-            from_zero("nets_start", "start of the nets", "s", one(nets.start, parameter(f"gains.{name}")), 20.0, STARTING),
+            from_zero("nets_start", "nets switch on at", "s", one(nets.start, parameter(f"gains.{name}")), 20.0, STARTING),
             Control(
                 "nets", "nets", "-", NETS, "Whether the two nets learn and act.", "toggle", "linear", 0, 1, 0, 1, 1,
                 (Component("", float(nets.enabled), (never,)),),
             ),
             Control(
-                "neurons", "neurons of each net", "-", NETS, "Size of each net's hidden layer.", "neurons", "linear",
+                "neurons", "neurons of each net", "-", NETS, "Neurons in each net's hidden layer.", "neurons", "linear",
                 1, most, 1, most, 1, (Component("", nets.neurons, ()),),
             ),
         ]  # fmt: skip

@@ -97,7 +97,7 @@ PANELS = (
         "weights", "Norms of the weights", "-", (Line("|W1_hat|", "norm_W1"), Line("|W2_hat|", "norm_W2")), optional=True
     ),
     PanelData(
-        "lyapunov", "Lyapunov function without its weights (Eq. 55)", "J", (Line("L", "lyapunov"),), log=True, optional=True
+        "lyapunov", "Lyapunov function, weight terms omitted (Eq. 55)", "J", (Line("L", "lyapunov"),), log=True, optional=True
     ),
     PanelData("r1", "Filtered position error |r1|", "m/s", (Line("|r1|", "norm_r1"),), log=True, optional=True),
     PanelData("r2", "Filtered attitude error |r2|", "rad/s", (Line("|r2|", "norm_r2"),), log=True, optional=True),

@@ -110,11 +110,10 @@ def paper_page(
 
 
 def write_paper_page(path: Path, study: PaperStudy, plans: StudyPlans, claims: Sequence[Claim]) -> bool:
-    """The page beside a study's report; false where the package was installed without the front end."""
+    """The page beside a study's report, with the package's walk; false where it was installed without the front end."""
     try:
-        path.write_text(
-            paper_page(study, plans, claims, [Link("Report: every table and figure", "report.html")]), encoding="utf-8"
-        )
+        links = [Link("Report: every table and figure", "report.html")]
+        path.write_text(paper_page(study, plans, claims, links, read_story(OWN)), encoding="utf-8")
     except UserError:
         return False
     return True
@@ -151,7 +150,7 @@ def flown_study(study: PaperStudy, plans: StudyPlans, claims: Sequence[ClaimView
         name, title = key.replace(" ", "-"), key.replace("case", "Case ")
         add(name, title, VARIANTS, mission, plans.further[key], study.further[key], None)
     for (duration, scale, nets), mission in stress_flights().items():
-        title = f"{duration:g} s, disturbance × {scale:g}, nets {'on' if nets else 'off'}"
+        title = f"path of {duration:g} s, disturbance × {scale:g}, nets {'on' if nets else 'off'}"
         case = (duration, scale, nets)
         add(stress_id(*case), title, STRESS, mission, plans.stress[case], study.stress[case], None)
         cell = Cell(f"Nets {'on' if nets else 'off'}", f"× {scale:g}", f"{duration:g} s", "disturbance", "time t_f")
