@@ -36,6 +36,9 @@ DEEPEST = 8
 STEADY, ROOM = 1e-3, 0.02
 """A line that varies by less than this share of its size is shown with that much room around it."""
 
+TICK = 0.16
+"""Between the ticks of an axis [in], at least."""
+
 STEPS = [1, 2, 2.5, 5, 10]
 """Between ticks, times a power of ten."""
 
@@ -141,8 +144,10 @@ def signed_logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
     axes.axhspan(-edge, edge, color="0.95", linewidth=0.0, zorder=0.1)
     up = [edge * 10.0**k for k in range(12) if edge * 10.0**k <= 1.6 * high]
     down = [-edge * 10.0**k for k in range(12) if edge * 10.0**k <= -1.6 * low]
-    every = max(1, -(-(len(up) + len(down)) // 5))
-    axis, ticks, written = axes.yaxis, [*down[::every], 0.0, *up[::every]], Powers()
+    decades = sum(1.0 + max(0.0, np.log10(max(end, 1e-300) / edge)) for end in np.abs(axes.get_ylim()))
+    room = axes.bbox.height / axes.figure.dpi / decades
+    every = max(1, -(-(len(up) + len(down)) // 5), int(np.ceil(TICK / room)))
+    axis, ticks, written = axes.yaxis, [*down[every - 1 :: every], 0.0, *up[every - 1 :: every]], Powers()
     axis.set_major_locator(FixedLocator(ticks))
     axis.set_major_formatter(written)
     written.set_locs(ticks)

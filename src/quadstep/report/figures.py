@@ -222,7 +222,7 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
     narrow = bool(views) and sheet.side_by_side(1 + len(views), 2.2) < 1 + len(views)
     width = (PHONE, 6.8, COLUMN)[len(views)]
     size = width, 2.4 if views else 1.7, 3.8 if narrow else 2.6 if views else 1.7
-    sides = 0.68 / width, 0.195 if views else 0.27, 1.0 - 0.12 / width, 0.88 if views else 0.96, 0.36
+    sides = (0.68 if views else 0.82) / width, 0.195 if views else 0.27, 1.0 - 0.12 / width, 0.88 if views else 0.96, 0.36
     figure = new_figure(sheet, size, *sides)
     *seen_from, errors = track_axes(figure, len(views), narrow)
     seen = track.distance > 0.0
@@ -252,9 +252,10 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
             axis.set_major_locator(MaxNLocator(5, steps=STEPS))
             axis.set_major_formatter(plain())
     if narrow:
-        seen_from[0].figure.legend(*seen_from[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+        seen_from[0].figure.legend(seen_from[0].lines[1::-1], (FLOWN, DESIRED), loc="outside upper left", ncols=2)
     elif views:
-        seen_from[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+        place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0)}
+        seen_from[0].legend(seen_from[0].lines[1::-1], (FLOWN, DESIRED), ncols=2, borderaxespad=0.1, **place)
     return figure
 
 
