@@ -23,10 +23,6 @@ from quadstep.studies.paper.cases import (
 from quadstep.studies.paper.claims_comparison import altitude, settling, sideways, smoothness, transient_cause, transients
 
 
-def largest(metrics: Metrics, kind: str, unit: str) -> dict[str, float]:
-    return {axis: values[f"largest[{unit}]"] for axis, values in group(metrics, kind).items()}
-
-
 def above(value: float, digits: int = 2) -> float:
     """Rounded up, so that "at most" is true of it."""
     scale = 10.0 ** (digits - 1 - floor(log10(value))) if value else 1.0
@@ -54,7 +50,7 @@ def stays_small(
     study: PaperStudy, kind: str, unit: str, name: str, sentence: str, shown: tuple[float, str], most: int
 ) -> Claim:
     """That no largest error of Case 1 is above `most` thousandths of the unit. shown: in what errors are written."""
-    errors = largest(study.cases["case1"], kind, unit)
+    errors = {axis: values[f"largest[{unit}]"] for axis, values in group(study.cases["case1"], kind).items()}
     said = units.listed([f"{shown[0] * e:.2g} {shown[1]} in {a}" for a, e in errors.items()])
     measured = f"The largest error is {said}; the bound, {most} m{unit}, is our choice."
     verdict = judge(max(errors.values()) < 1e-3 * most)
@@ -151,12 +147,6 @@ def silent(metrics: Metrics, axes: str, torque: str, angle: str) -> dict[str, fl
             metric(metrics, "attitude", angle, "largest[rad]")}  # fmt: skip
 
 
-def values_text(values: dict[str, float]) -> str:
-    return units.listed(
-        [f"{name.partition('[')[0]} {value:.3g} {name.partition('[')[2][:-1]}" for name, value in values.items()]
-    )
-
-
 def unmoved(*flights: dict[str, float]) -> str:
     """That other axes hardly move, in a sentence."""
     most = above(max(value for values in flights for value in values.values()))
@@ -170,7 +160,7 @@ def decoupling_x(study: PaperStudy) -> Claim:
         "decoupling in x",
         "Case 2",
         "The change in x does not make any influence on phi; tau_phi is almost zero; y and z are held.",
-        f"{unmoved(values)} The largest values are {values_text(values)}.",
+        unmoved(values),
         judge(max(values.values()) < 1e-6),
         values,
     )
@@ -183,7 +173,7 @@ def decoupling_y_z(study: PaperStudy) -> Claim:
         "decoupling in y and z",
         "Case 2",
         "Simulations for y and z separately yield similar plots that show excellent tracking with decoupling.",
-        f"{unmoved(y, z)} The largest values are {values_text(y)} when only y moves, and {values_text(z)} when only z moves.",
+        unmoved(y, z),
         judge(max(*y.values(), *z.values()) < 1e-6),
         {"y": y, "z": z},
     )

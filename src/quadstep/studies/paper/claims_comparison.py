@@ -8,7 +8,7 @@ import numpy as np
 from quadstep.metrics.registry import Metrics, metric
 from quadstep.metrics.statistics import finite
 from quadstep.report.units import listed
-from quadstep.studies.paper.cases import NETS_OFF, Claim, ClaimVerdict, PaperStudy, completed, judge_all
+from quadstep.studies.paper.cases import NETS_OFF, Claim, PaperStudy, completed, judge_all
 
 OURS = "the paper's controller"
 
@@ -54,10 +54,6 @@ def table_values(table: Answers) -> dict[str, str]:
     return {where: f"{words[answer]}{f': {why}' if why else ''}" for where, (answer, why) in table.items()}
 
 
-def verdict_of(table: Answers) -> ClaimVerdict:
-    return judge_all(answer for answer, _ in table.values())
-
-
 def compared(
     study: PaperStudy, name: str, sentence: str, ours: Callable[[Metrics], float], unit: str, text: str,
     scale: float = 1.0, more: str = "",
@@ -67,7 +63,7 @@ def compared(
     table = by_start(study, lambda a, b: None if ours(a) == ours(b) else ours(a) < ours(b))
     values = {f"adaptive[{unit}]": finite(new), f"nested[{unit}]": finite(old), "by_start": table_values(table)}
     measured = text.format(scale * new, scale * old) + dependence(table) + more
-    return Claim(name, VARIED, sentence, measured, verdict_of(table), values)
+    return Claim(name, VARIED, sentence, measured, judge_all(answer for answer, _ in table.values()), values)
 
 
 def altitude(study: PaperStudy) -> Claim:
@@ -144,7 +140,7 @@ def transients(study: PaperStudy) -> Claim:
         f"The tilt reaches {degrees(tilt):.0f}° and the torque {torque:.0f} N m, with [11] {degrees(tilt_old):.0f}° and "
         f"{torque_old:.1f} N m{dependence(table)} Roll and pitch are level after "
         f"{settled(study.cases['case3_adaptive']):.1f} s; the bound, {QUICKLY:g} s, is our choice.",
-        verdict_of(table),
+        judge_all(answer for answer, _ in table.values()),
         {"tilt[rad]": [tilt, tilt_old], "torque[N m]": [torque, torque_old], "by_start": table_values(table)},
     )
 

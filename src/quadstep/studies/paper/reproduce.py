@@ -272,11 +272,6 @@ def stress_cell(metrics: Metrics) -> str:
     return f"lost at {metric(metrics, 'ended[s]'):.2f} s: {str(metrics['outcome']).replace('_', ' ')}"
 
 
-def short(value: float) -> str:
-    """Three digits, without an exponent for large numbers."""
-    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
-
-
 def case_rows(study: PaperStudy) -> list[list[str]]:
     """The cases: errors, settling and effort."""
     rows = []
@@ -292,7 +287,9 @@ def case_rows(study: PaperStudy) -> list[list[str]]:
         weights = max(cast("dict[str, float]", m["largest_weight_norm"]).values())
         thrust, varied = metric(m, "u", "largest[N]"), metric(m, "u", "total_variation[N]")
         name = case_title(key, mission)
-        rows.append([name, *errors, settling, f"{thrust:.2f} N", f"{varied:.2g} N", f"{short(torque)} N m", f"{weights:.2g}"])
+        rows.append(
+            [name, *errors, settling, f"{thrust:.2f} N", f"{varied:.2g} N", units.quantity(torque, "N m"), f"{weights:.2g}"]
+        )
     return rows
 
 
@@ -308,21 +305,20 @@ def facts(study: PaperStudy, claims: list[Claim]) -> list[markup.Fact]:
             units.quantity(metric(case, "position_rmse[m]"), "m"),
             f"largest error along an axis {units.quantity(off, 'm')}",
         ),
-        markup.Fact(
-            "stress flights with nets that complete",
-            f"{through} of {len(nets)}",
-            "Case 1's path in less time, under more disturbance",
-        ),
+        markup.Fact("stress flights with nets that complete", f"{through} of {len(nets)}", "Case 1's path in less time"),
     ]
 
 
 def to_claims(claims: Sequence[Claim]) -> Iterator[str]:
     """Links to the claims that do not hold; with their numbers, to those that fail."""
-    for verdict, said in ((ClaimVerdict.FAILS, "fail"), (ClaimVerdict.UNDECIDED, "are undecided")):
+    for verdict, said in (
+        (ClaimVerdict.FAILS, ("fails", "fail")),
+        (ClaimVerdict.UNDECIDED, ("is undecided", "are undecided")),
+    ):
         more = {i: f": {briefly(c.measured)}" * (verdict is ClaimVerdict.FAILS) for i, c in enumerate(claims)}
         found = [(f"#{anchor(i)}", units.typed(c.name + more[i])) for i, c in enumerate(claims) if c.verdict is verdict]
         if found:
-            yield markup.links(found, f"{len(found)} {said if len(found) > 1 else said.replace('fail', 'fails')}:")
+            yield markup.links(found, f"{len(found)} {said[len(found) > 1]}:")
 
 
 def anchor(place: int) -> str:
