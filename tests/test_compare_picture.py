@@ -8,18 +8,20 @@ import pytest
 from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE
 from quadstep.metrics.statistics import Estimate
-from quadstep.metrics.verdict import FlightGrade, Graded
+from quadstep.metrics.verdict import FlightGrade, Graded, error_limit
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.studies.comparison.answer import answer
 from quadstep.studies.comparison.cells import Situation
+from quadstep.studies.comparison.cost import Cost
 from quadstep.studies.comparison.entrants import Comparison, Entrant, SituationResult
 from quadstep.studies.comparison.picture import MANY, draw_vehicle, square_text
 from quadstep.studies.comparison.ranking import Effort, Pair, Ranked, Spread
 from quadstep.studies.comparison.report import facts
 from quadstep.studies.comparison.robustness import Linear, rows, unlinearised
+from quadstep.studies.comparison.run import large_errors
 from quadstep.studies.comparison.tables import best, cell_rows, matrix
 from quadstep.studies.comparison.training import Trained
-from quadstep.studies.comparison.words import missed_limits, of_all, of_situation
+from quadstep.studies.comparison.words import common, limit, missed_limits, of_all, of_situation, prices
 
 WHERE = Situation("crazyflie", "hover", "calm")
 
@@ -79,7 +81,7 @@ def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades,
         f"law 0 has the best mean rank, though it loses flights in 1 of 2 situations, up to 4.4 % of them. {words}"
     )
     assert of_situation(lossy, situation, ranked).startswith(
-        "crazyflie, hover, calm: law 0, though it loses 4.4 % of its flights, has the smallest median"
+        "hover, calm: law 0, though it loses 4.4 % of its flights, has the smallest median"
     )
     filtered = twice._replace(linear={key: one._replace(estimator=True) for key, one in twice.linear.items()})
     assert "the loop of law 0 without the estimator" in lead(filtered)
@@ -98,7 +100,7 @@ def test_nobody_wins_what_is_shared_and_who_flew_elsewhere_only_is_said_so():
     shared = "law 0, law 1 and law 2 share the best mean rank, 0.50 from 0 (always first) to 1 (always last). 3 controllers"
     assert " ".join(of_all(twice)).startswith(shared)
     assert of_situation(twice, WHERE, ranked).startswith(
-        "crazyflie, hover, calm: law 0, law 1 and law 2 share the smallest median e, 10.0 mm"
+        "hover, calm: law 0, law 1 and law 2 share the smallest median e, 10.0 mm"
     )
     assert best(same, WHERE) == found.controllers
     assert best(found, WHERE) == ["law 0"]
@@ -126,27 +128,25 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
 
     one = all_of(AS_ASKED, FAR, FAR, AS_ASKED)
     assert lead(one).startswith(
-        "law 0 has the best mean rank; its median flight does not do as asked in 1 of 2 situations, worst in crazyflie, "
-        "circle, calm: its error is large for its path. "
+        "law 0 has the best mean rank; its median flight misses the grade in 1 of 2 situations, worst in "
+        "circle: its error is large for its path. "
     )
     assert ", but" not in of_situation(one, WHERE, ranked)
-    assert of_situation(one, second, ranked).startswith(
-        "crazyflie, circle, calm: law 0 has the smallest median e, 10.0 mm (500 "
-    )
+    assert of_situation(one, second, ranked).startswith("circle: law 0 has the smallest median e, 10.0 mm (500 ")
     assert ", but in its median flight, its error is large for its path" in of_situation(one, second, ranked)
     lost = Graded(FlightGrade.LOST)
     none = all_of(FAR, FAR, FAR, lost)
     assert answer(none).startswith("No controller flies as asked in any situation: In hover")
-    assert "law 0 has the smallest median e (10.0 mm, but not as asked: large error), but is not" in answer(none)
-    assert of_situation(none, WHERE, ranked).startswith("crazyflie, hover, calm: law 0 has the smallest ")
-    gone = "; its median flight is lost in 1 and does not do as asked in 1 of 2 situations, worst of those it completes in "
+    assert "law 0 has the smallest median e (10.0 mm, though no controller flies as asked: large error), but is not" in answer(
+        none
+    )
+    assert of_situation(none, WHERE, ranked).startswith("hover: law 0 has the smallest ")
+    gone = "; its median flight is lost in 1 and misses the grade in 1 of 2 situations, worst of those it completes in "
     assert gone in lead(all_of(FAR, AS_ASKED, lost, AS_ASKED))
     gone = "law 0 has the best mean rank; its median flight is lost in 1 of 2 situations. "
     assert lead(all_of(AS_ASKED, AS_ASKED, lost, AS_ASKED)).startswith(gone)
     unknown = all_of(FAR, None, FAR, None)  # the other is an autopilot, whose flights are not flown again
-    assert lead(unknown).startswith(
-        "law 0 has the best mean rank; its median flight does not do as asked in 2 of 2 situations"
-    )
+    assert lead(unknown).startswith("law 0 has the best mean rank; its median flight misses the grade in 2 of 2 situations")
     assert facts(unknown)[1][:2] == ("median flights as asked", "0 of 2")
     header, (first, _) = matrix(none, "crazyflie")
     assert dict(zip(header, first, strict=True))["law 0"] == "10.0 (10.0), large error"
@@ -157,7 +157,7 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
     assert facts(one)[1] == (
         "median flights as asked",
         "2 of 4",
-        "one of each controller in each situation; the others are of law 0 and law 1",
+        "one of each controller in each situation",
         False,
     )
 
@@ -242,3 +242,39 @@ def test_the_axis_says_that_it_is_logarithmic_and_names_an_interval_only_where_f
     draw_vehicle(tmp_path / "one", found, "crazyflie", sheet("svg", None, SCREEN))
     text = " ".join(re.findall(r">([^<>]+)</text>", (tmp_path / "one.svg").read_text(encoding="utf-8")))
     assert "e [mm], logarithmic scale" in text and ("interval" in text) == (not alike)
+
+
+def test_where_errors_are_large_is_drawn_and_said_where_all_flights_agree_on_it(tmp_path):
+    second = WHERE._replace(scenario="wind")
+    known = [(WHERE, 0.103), (WHERE, 0.1030001), (second, 0.1), (second, 0.2)]
+    assert large_errors(known) == {WHERE: 0.103}, "the grades of the second have other measures"
+    assert large_errors([(WHERE, 0.1), (WHERE, 0.0)]) == large_errors(known[:1]) == {}
+    assert error_limit({"position_rmse[m]": 0.305, "relative_error": 0.296}) == pytest.approx(0.1030, rel=1e-3)
+    one = comparison(3)
+    metrics = {"position_rmse": "position_rmse[m]", "e": "e[m]"}
+    results = [each._replace(spreads={"position_rmse": each.spreads["e"], "e": each.spreads["e"]}) for each in one.results]
+    found = one._replace(metrics=metrics, results=tuple(results), limits={WHERE: 0.0123})
+    draw_vehicle(tmp_path / "one", found, "crazyflie", sheet("svg", None, SCREEN))
+    text = (tmp_path / "one.svg").read_text(encoding="utf-8")
+    assert text.count(">large above 12.3 mm<") == 1, "of two panels, that of the error that is graded"
+    assert [text.count(f">{name}<") for name in found.controllers] == [2, 2, 2], "each row by its name"
+    assert limit(found, "crazyflie") == " Errors are large above 12.3 mm."
+    assert limit(found._replace(limits={}), "crazyflie") == ""
+
+
+def test_what_is_the_same_in_all_situations_stands_in_no_row():
+    second, other = WHERE._replace(scenario="wind"), WHERE._replace(vehicle="x500", path="circle")
+    found = comparison(2)._replace(situations=(WHERE, second))
+    assert [found.place(one) for one in found.situations] == ["calm", "wind"] and common(found) == ["hover"]
+    assert found._replace(situations=(WHERE, other)).place(other) == "circle"
+    rows = [["crazyflie", "a", "1"], ["crazyflie", "b", "2"]]
+    assert found.table(("vehicle", "controller", "n"), rows) == (["controller", "n"], [["a", "1"], ["b", "2"]])
+    assert found.table(("vehicle", "controller"), [["crazyflie", "a"], ["x500", "a"]])[0] == ["vehicle", "controller"]
+
+
+def test_the_cost_of_laws_is_told_as_a_sentence():
+    costs = {("crazyflie", name): Cost(1.0, 8, 8, many) for name, many in (("PID", 801), ("adaptive", 3859), ("LQR", 608))}
+    (said,) = prices(comparison(2)._replace(costs=costs))
+    assert said.endswith(": LQR 608, PID 801 and adaptive 3,859: adaptive takes 6.3 times as many as LQR.")
+    costs["crazyflie", "LQR"] = Cost(1.0, 8, 8)
+    assert prices(comparison(2)._replace(costs=costs)) == []

@@ -135,7 +135,9 @@ def worth(results: Comparison, situation: Situation, best: str) -> str:
     cells = {one.controller: one for one in results.of(situation)}
     lost, grade = cells[best].lost.value, cells[best].grade
     loses = f", though it loses {percent(lost)} of its flights" if lost else ""
-    loses += f", but not as asked: {listed(grade.labels)}" if grade and grade.labels else ""
+    if grade and grade.labels:
+        nobody = len(cells) > 1 and all(one.grade and one.grade.grade is not FlightGrade.AS_ASKED for one in cells.values())
+        loses += f", {f'though no {results.kind} flies' if nobody else 'but not'} as asked: {listed(grade.labels)}"
     text = median(results, situation, best) + loses
     others = {name: one for name, one in cells.items() if name not in tied(results, situation, best)}
     if others and len(results.ranked) == 1:

@@ -206,7 +206,7 @@ class Comparison(NamedTuple):
     their name, vehicle and controller. costs, linear (the loop at rest): by vehicle and controller. problems: what could not
     take part, or went wrong. notes: of whoever wrote the study, on its limits. left_out: who could not take part and
     need not, a sentence each. tuned_in: situations that gains were tuned in, which do not count in mean ranks. unlike: in what
-    missions differ, a sentence.
+    missions differ, a sentence. limits: above which a position RMSE is a large error [m].
     """
 
     name: str
@@ -227,6 +227,7 @@ class Comparison(NamedTuple):
     notes: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     unlike: str = ""
+    limits: Mapping[Situation, float] = {}
 
     @property
     def metric(self) -> str:
@@ -241,9 +242,17 @@ class Comparison(NamedTuple):
         """What is compared: controllers that a study puts into situations, or missions, which have one without a name."""
         return "controller" if any(one.label for one in self.ranked) else "mission"
 
-    def headed(self, header: Sequence[str]) -> list[str]:
-        """The header of a table, its column of controllers called as they are counted."""
-        return [self.kind if name == "controller" else name for name in header]
+    def table(self, header: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[list[str], list[list[str]]]:
+        """A table, its column of controllers called as they are counted, without its column of vehicles where all are one."""
+        alone = "vehicle" in header and len({row[header.index("vehicle")] for row in rows}) == 1
+        names = [self.kind if name == "controller" else name for name in header]
+        kept = [place for place, name in enumerate(names) if not (alone and name == "vehicle")]
+        return [names[place] for place in kept], [[row[place] for place in kept] for row in rows]
+
+    def place(self, situation: Situation) -> str:
+        """The path and the scenario of a situation, without what is the same in all; empty for missions."""
+        names = [one for i, one in enumerate(situation) if i and len({each[i] for each in self.situations}) > 1]
+        return ", ".join(filter(None, names or situation[1:]))
 
     @property
     def limitations(self) -> tuple[str, ...]:

@@ -1,7 +1,9 @@
 """A comparison as pictures: for each vehicle, what every controller does in every situation."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import rcParams
@@ -9,68 +11,77 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from quadstep.report.axes import plain_decades
-from quadstep.report.canvas import drawing, legend_columns, wrapped, write
-from quadstep.report.colours import CURVES
-from quadstep.report.sheet import PHONE, Sheet
+from quadstep.report.canvas import drawing, wrapped, write
+from quadstep.report.colours import COLOURS
+from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
 from quadstep.report.units import number, percent
 from quadstep.studies.comparison.answer import unit_of
+from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.words import LOST, interval_text, share_lost, situation_caption, title
 
-SHAPES, FACES = "osD^v<>ph*", ("black", "white", *CURVES[:2])
-"""Of marks: told apart by shape and fill."""
+SHAPES = "osD^v<>ph*"
+"""Of marks."""
+
+LARGE: dict[str, Any] = {"color": COLOURS["vermillion"], "linestyle": "--", "linewidth": 0.9}
+"""Where errors begin to be large."""
 
 MANY = 10
 """Controllers."""
 
-A_CONTROLLER, BETWEEN = 0.13, 0.32
+A_CONTROLLER, BETWEEN = 0.17, 0.36
 """Height of a controller's line, and between situations, whose names stand there [in]."""
 
 
-def mark(place: int) -> tuple[str, str]:
-    """Shape and fill of a controller."""
-    return SHAPES[place % len(SHAPES)], FACES[(place // len(SHAPES) + place) % len(FACES)]
-
-
 def draw_vehicle(path: Path, results: Comparison, vehicle: str, sheet: Sheet) -> None:
-    """A group of rows for each situation, a row for each controller: median with its interval, a line to the 95 % quantile.
-
-    Of more controllers than marks can tell apart, a square for each.
+    """A group of rows for each situation, a row for each controller: median with its interval, a line to the 95 % quantile;
+    a panel for each of the first metrics. Of more controllers than marks can tell apart, a square for each.
     """
     if len(results.controllers) > MANY:
         draw_heat(path, results, vehicle, sheet)
         return
     situations = [one for one in results.situations if one.vehicle == vehicle]
-    names = results.controllers
-    group = A_CONTROLLER * len(names) + BETWEEN
-    unit = unit_of(results, results.metric)
+    group = A_CONTROLLER * len(results.controllers) + BETWEEN
     with drawing(sheet):
-        height = 1.1 + group * len(situations) + 0.2 * math.ceil(len(names) / 4)
-        figure = Figure(figsize=(sheet.inches(PHONE), height), layout="constrained")
-        axes = figure.add_subplot()
-        for row, situation in enumerate(situations):
-            axes.annotate(
-                situation_caption(situation), (0.0, A_CONTROLLER - row * group), xycoords=("axes fraction", "data"),
-                xytext=(4, 0), textcoords="offset points", va="center",
-            )  # fmt: skip
-            for one in results.of(situation):
-                place = names.index(one.controller)
-                height = -row * group - place * A_CONTROLLER
-                draw_result(axes, one, results.metric, height, unit.factor, mark(place))
-                tell_result(axes, one, results, height)
-        for place, name in enumerate(names):
-            shape, face = mark(place)
-            axes.plot([], [], linestyle="", marker=shape, color="black", markerfacecolor=face, label=name)
-        axes.set_yticks([])
-        axes.set_ylim(-len(situations) * group + 0.5 * BETWEEN, BETWEEN)
-        axes.grid(visible=False, axis="y")
-        kind = scaled(axes)
-        lines = f": median with 95 % interval, line to the {results.high}" if results.spreads else ""
-        says = f"{title(results, results.metric)}{kind}{lines}"
-        axes.set_xlabel(wrapped(says, 0.9 * figure.get_figwidth(), rcParams["font.size"]))
-        figure.legend(loc="outside upper left", ncols=legend_columns(figure.get_figwidth(), list(names), 4))
+        metrics = list(results.metrics)[: sheet.side_by_side(2)]
+        width = sheet.inches(COLUMN if len(metrics) > 1 else PHONE)
+        figure = Figure(figsize=(width, 0.9 + group * len(situations)), layout="constrained")
+        for axes, metric in zip(figure.subplots(1, len(metrics), squeeze=False)[0], metrics, strict=True):
+            draw_panel(axes, results, situations, metric, group)
+            lines = f": median with 95 % interval, line to the {results.high}" if results.spreads else ""
+            says = f"{title(results, metric)}{scaled(axes)}{lines}"
+            axes.set_xlabel(wrapped(says, 0.75 * width / len(metrics), rcParams["font.size"]))
         write(figure, path, sheet)
+
+
+def draw_panel(axes: Axes, results: Comparison, situations: Sequence[Situation], metric: str, group: float) -> None:
+    """A metric in every situation; marks are open, and a dashed line stands, where a position RMSE is a large error."""
+    unit, rows = unit_of(results, metric), {}
+    for row, situation in enumerate(situations):
+        axes.annotate(
+            situation_caption(results, situation), (0.0, A_CONTROLLER - row * group), xycoords=("axes fraction", "data"),
+            xytext=(4, 0), textcoords="offset points", va="center",
+        )  # fmt: skip
+        limit = results.limits.get(situation, math.inf) if metric == "position_rmse" else math.inf
+        last = -row * group - A_CONTROLLER * (len(results.controllers) - 0.5)
+        if any(limit <= 2.0 * one.spreads[metric].high.value < math.inf for one in results.of(situation)):
+            axes.plot([unit.factor * limit] * 2, [-row * group + 0.5 * A_CONTROLLER, last], **LARGE)
+            axes.annotate(
+                f"large above {unit.text(limit)}", (unit.factor * limit, last), (3, 0), textcoords="offset points", va="top",
+                fontsize=rcParams["legend.fontsize"], color=LARGE["color"],
+            )  # fmt: skip
+        for one in results.of(situation):
+            place = results.controllers.index(one.controller)
+            height = -row * group - place * A_CONTROLLER
+            rows[height] = one.controller
+            looks = SHAPES[place % len(SHAPES)], "white" if one.spreads[metric].median.value > limit else "black"
+            draw_result(axes, one, metric, height, unit.factor, looks)
+            tell_result(axes, one, results, metric, height)
+    axes.set_yticks(list(rows), list(rows.values()))
+    axes.tick_params("y", length=0.0)
+    axes.set_ylim(-len(situations) * group + 0.5 * BETWEEN, BETWEEN)
+    axes.grid(visible=False, axis="y")
 
 
 def draw_result(axes: Axes, one: SituationResult, metric: str, height: float, factor: float, looks: tuple[str, str]) -> None:
@@ -94,18 +105,19 @@ def draw_result(axes: Axes, one: SituationResult, metric: str, height: float, fa
     axes.plot(value, height, marker=shape, color="black", markerfacecolor=face, markersize=4.0, linestyle="", zorder=3)
 
 
-def tell_result(axes: Axes, one: SituationResult, results: Comparison, height: float) -> None:
+def tell_result(axes: Axes, one: SituationResult, results: Comparison, metric: str, height: float) -> None:
     """What a point is, for a report's reader who points at it."""
-    spread, factor = one.spreads[results.metric], unit_of(results, results.metric).factor
+    spread, factor = one.spreads[metric], unit_of(results, metric).factor
     at, low, high = (factor * part for part in spread.median)
     if math.isfinite(at):
         left, right = (value if math.isfinite(value) else at for value in (low, high))
         said = [
-            (title(results, results.metric), interval_text(spread.median, factor)),
+            (title(results, metric), interval_text(spread.median, factor)),
             (results.high, interval_text(spread.high, factor)),
         ]
         said += [("lost", percent(*one.lost))] if one.lost.value else []
-        tell(axes, ToldPlace(left, right, height, height, f"{one.controller}, {situation_caption(one.situation)}", said))
+        name = f"{one.controller}, {situation_caption(results, one.situation)}"
+        tell(axes, ToldPlace(left, right, height, height, name, said))
 
 
 def scaled(axes: Axes) -> str:
@@ -154,7 +166,7 @@ def draw_heat(path: Path, results: Comparison, vehicle: str, sheet: Sheet) -> No
                     colour = "white" if shades[row, column] > DARK else "black"
                     axes.text(column, row, text, ha="center", va="center", fontsize=small, color=colour, linespacing=0.9)
         axes.set_yticks(range(len(names)), names)
-        labels = [situation_caption(one) for one in situations]
+        labels = [situation_caption(results, one) for one in situations]
         axes.set_xticks(range(len(labels)), labels, rotation=40.0, ha="left", rotation_mode="anchor")
         axes.xaxis.tick_top()
         axes.grid(visible=False)

@@ -18,7 +18,7 @@ from quadstep.report import markup
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 from quadstep.report.publish import markdown_table
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import counted
+from quadstep.report.units import counted, listed
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.single_flight import replay
 from quadstep.studies.comparison import robustness, tables, words
@@ -59,20 +59,20 @@ def write_ghosts(out: Path, results: Comparison, flights: Sequence[Job[StudyCell
 
 
 GAINS = (
-    "All tuned gains were found with the same flights, objective and budget, and evaluated on other flights. Gains derived "
-    "from the vehicle use the nominal vehicle, whatever a scenario changes. Instructions are those of the exported law's "
-    f"worst sample, all its loops due, in f32; {tables.TIMES} has the time of each law alone, as scalar code on one core of "
-    "this machine."
+    "Gains derived from the vehicle use the nominal vehicle, whatever a scenario changes. Instructions are those of the "
+    f"exported law's worst sample, all its loops due, in f32; {tables.TIMES} has the time of each law alone, as scalar code "
+    "on one core of this machine."
 )
+TUNED = "All tuned gains were found with the same flights, objective and budget, and evaluated on other flights."
 LOOPS = (
     "The sampled loop at rest at the start of the path, without noise: one loop is opened at a time, and the table shows the "
     "smallest margin over all channels. An estimator is left out, together with the fix latency that it compensates. "
     "`quadstep linear` gives details."
 )
-MEDIANS = "{} of {}; a lost flight ranks worse than any other."
+MEDIANS = "{} of {}; a lost flight ranks worse than any other.{}"
 FAILING = "A disturbance is increased until flights fail, that is, are lost or exceed the error limit."
 RAISED = f"{FAILING} The last column is the share of an equal number of other flights that fail at the 50 % point."
-PAIRS = "Number of situations in which the row's {} is significantly better than the column's / undecided / worse."
+PAIRS = "In how many situations the row's {} is significantly better or worse than the column's."
 
 
 def evidence(
@@ -87,12 +87,13 @@ def evidence(
     problems = {one.line for one in results.problems}
     uncounted = words.not_counted(results)
     said = [*uncounted, *(one for one in (first, *others) if one not in problems), *results.left_out]
-    metric, many = words.title(results, results.metric), len(results.controllers) > MANY
+    many = len(results.controllers) > MANY
     vehicles = [one.vehicle for one in results.situations]
     everywhere = {vehicle: " in every situation" if vehicles.count(vehicle) > 1 else "" for vehicle in pictures}
     spread = f": median, to the {results.high}" if results.spreads else ""
     better = "The paler" if many else "The farther left"
-    whole = f"{metric[0].upper()}{metric[1:]} of every {results.kind}"
+    drawn = [words.title(results, one) for one in list(results.metrics)[: 1 if many else 2]]
+    whole = f"{listed([drawn[0][0].upper() + drawn[0][1:], *drawn[1:]])} of every {results.kind}"
     figures = {
         vehicle: Figure(
             str(name), f"{whole}{everywhere[vehicle]}{f' on {vehicle}' if vehicle else ''}{spread}. {better}, the better."
@@ -109,32 +110,32 @@ def evidence(
         else markup.paragraph(f"There is no page with flights: {missing}."),
     ]
     for vehicle, figure in figures.items():
-        text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"))
-        title = f"{vehicle + ': ' if vehicle else ''}{words.measured(results)}"
+        text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), words.limit(results, vehicle))
+        title = f"{', '.join([vehicle, *words.common(results)]) + ': ' if vehicle else ''}{words.measured(results)}"
         label = vehicle or "Missions"
         sections.append(TableSection(label, identity(label, ()), *tables.matrix(results, vehicle), text, shown=title))
         sections += [] if figure in shown else [figure]
     if results.linear:
         rows, title = robustness.rows(results.linear), "Linear loop at rest, smallest margins over all channels"
-        sections.append(TableSection("Linear margins", "linear", results.headed(robustness.HEADER), rows, LOOPS, shown=title))
+        sections.append(TableSection("Linear margins", "linear", *results.table(robustness.HEADER, rows), LOOPS, shown=title))
         sections.append(markup.listing(robustness.unlinearised(results.linear)))
     if results.margins:
         rows, title = tables.margin_rows(results), "Margins, 95 % intervals"
-        sections.append(TableSection("Margins", "margins", results.headed(tables.MARGIN_HEADER), rows, RAISED, shown=title))
+        sections.append(TableSection("Margins", "margins", *results.table(tables.MARGIN_HEADER, rows), RAISED, shown=title))
     if len(results.controllers) > 1 and not results.copies:
         ranks = [(name, f"{rank:.2f}") for name, rank in results.overall().items()]
         header = (results.kind, f"mean rank over {words.ranked_in(results)}, from 0 (best) to 1")
         names, which = ("", *results.controllers), PAIRS.format(results.kind)
         sections.append(TableSection("Pairwise comparison", "pairs", names, words.wins(results), which))
         sections.append(TableSection(header=header, rows=ranks))
-    gains, title = " ".join([GAINS, *uncounted]), "Gains and cost"
-    sections.append(
-        TableSection(title, "gains", results.headed(tables.WHO_HEADER), tables.who_rows(results), gains, shown=title)
-    )
+    tuned = [TUNED] * any(one.trained for one in results.entrants)
+    gains, title = " ".join([*tuned, GAINS, *uncounted]), "Gains and cost"
+    costs = results.table(tables.WHO_HEADER, tables.who_rows(results))
+    sections.append(TableSection(title, "gains", *costs, gains, shown=title))
     others_same = "; everything else is the same for all" if results.kind == "controller" else ""
     differ = f"Other differences between the {results.kind}s{others_same}:"
     differing = [[*(part or words.NOTHING for part in (one.vehicle, one.name, *one.differs))] for one in results.entrants]
-    sections.append(TableSection(header=results.headed(tables.DIFFERS_HEADER), rows=differing, text=differ))
+    sections.append(TableSection("", "", *results.table(tables.DIFFERS_HEADER, differing), differ))
     for vehicle in figures:
         label = vehicle or "missions"
         sections.append(
@@ -142,7 +143,7 @@ def evidence(
         )
         effort = tables.effort_rows(results, vehicle)
         if any(cell not in markup.BLANK for row in effort for cell in row[2:]):
-            sections.append(TableSection(header=results.headed(tables.EFFORT_HEADER), rows=effort))
+            sections.append(TableSection("", "", *results.table(tables.EFFORT_HEADER, effort)))
     return Evidence(
         name=results.name,
         kind="Comparison",
@@ -153,7 +154,7 @@ def evidence(
         figures=shown,
         sections=sections,
         paper=tables.latex_tables(results),
-        fold=("linear", "pairs", "gains", *(f"all-{identity(vehicle or 'missions', ())}" for vehicle in figures)),
+        fold=("linear", "pairs", *(f"all-{identity(vehicle or 'missions', ())}" for vehicle in figures)),
     )
 
 
@@ -170,7 +171,11 @@ def facts(results: Comparison) -> list[markup.Fact]:
     graded = [(one.controller, one.grade.grade is FlightGrade.AS_ASKED) for one in results.results if one.grade]
     count = f"{sum(as_asked for _, as_asked in graded)} of {len(graded)}"
     not_so = [name for name in results.controllers if (name, False) in graded]
-    others = f"; the others are of {several(not_so)}" if 0 < len(not_so) <= SEVERAL else ""
+    others = (
+        f"; the others are of {several(not_so)}"
+        if 0 < len(not_so) <= SEVERAL and len(not_so) < len(results.controllers)
+        else ""
+    )
     each = " in each situation" if len(results.ranked) > 1 else ""
     asked = markup.Fact("median flights as asked", count, f"one of each {results.kind}{each}{others}")
     pairs = markup.Fact("pairs decided", f"{decided} of {results.pairs}", "with 95 % confidence in all of them jointly")
@@ -232,19 +237,19 @@ def markdown(results: Comparison, pictures: Mapping[str, Path]) -> str:
         metric = words.title(results, results.metric)
         parts += [
             f"## {vehicle or 'Missions'}",
-            MEDIANS.format(words.measured(results), counted(results.seeds, "flight")),
+            MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), words.limit(results, vehicle)),
             f"![{metric} for every situation and controller]({pictures[vehicle].as_posix()}.png)",
             markdown_table(*turned(*tables.matrix(results, vehicle))),
         ]
     if results.margins:
-        parts += ["## Margins", FAILING, markdown_table(results.headed(tables.MARGIN_HEADER), tables.margin_rows(results))]
+        parts += ["## Margins", FAILING, markdown_table(*results.table(tables.MARGIN_HEADER, tables.margin_rows(results)))]
     rest = others[len(of_all) :]
     parts += [*(["## Situation by situation", bullets(rest)] if rest else []), words.method(results)]
     if len(results.controllers) > 1 and not results.copies:
         ranked = [[name, f"{rank:.2f}"] for name, rank in results.overall().items()]
         header = (results.kind, f"over {words.ranked_in(results)}, from 0 (best) to 1")
         parts += ["## Mean ranks", markdown_table(header, ranked)]
-    costs = markdown_table(results.headed(tables.WHO_HEADER), tables.who_rows(results))
+    costs = markdown_table(*results.table(tables.WHO_HEADER, tables.who_rows(results)))
     parts += ["## Gains and cost", costs, *words.not_counted(results)]
     return "\n\n".join(parts) + "\n"
 

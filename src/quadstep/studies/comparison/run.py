@@ -14,7 +14,7 @@ from quadstep.engines.engine import Engine
 from quadstep.io.documents import parse_json
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.io.parts import COSTS, LINEAR, Parts, changed, code_digest, digest_of, parts_in
-from quadstep.metrics.verdict import FlightGrade, Graded, graded
+from quadstep.metrics.verdict import FlightGrade, Graded, error_limit, graded
 from quadstep.report.evidence import Evidence
 from quadstep.report.progress import SILENT, Progress
 from quadstep.report.publish import publishing
@@ -204,6 +204,7 @@ def concluded(
         situations=tuple(flown),
         results=tuple(result(*cell, one, about.metrics, grades.get(cell)) for cell, one in each(flown).items()),
         ranked=ranks(flown, about.metric),
+        limits=large_errors([(one.subject.situation, run.read(one, error_limit) or 0.0) for one in again]),
         costs={one.controller: price for one in asked if one.kind == COSTS and (price := run.read(one, cost.from_json))},
         linear={one.controller: loop for one in asked if one.kind == LINEAR and (loop := run.read(one, linear))},
         problems=tuple(run.problems),
@@ -212,6 +213,16 @@ def concluded(
     told = write_results(out, found, flights, run.how.sheet)
     run.publish(out, [*others, *flights, *again, *asked])
     return FinishedComparison(found, told, folder)
+
+
+def large_errors(known: Sequence[tuple[Situation, float]]) -> dict[Situation, float]:
+    """Above which position RMSE errors are large, where all flights of a situation agree: grades count only the second half
+    of a flight that holds a point, and measure others against their own starts.
+    """
+    found: dict[Situation, list[float]] = {}
+    for place, one in known:
+        found.setdefault(place, []).append(one)
+    return {place: min(one) for place, one in found.items() if len(one) > 1 and 0.0 < max(one) < 1.001 * min(one)}
 
 
 def each(flown: Mapping[Situation, Mapping[str, CellFlights]]) -> dict[tuple[Situation, str], CellFlights]:

@@ -88,8 +88,7 @@ def matrix(results: Comparison, vehicle: str) -> tuple[list[str], list[list[str]
     for situation in results.situations:
         if situation.vehicle == vehicle:
             there = {one.controller: short(results, one) for one in results.of(situation)}
-            place = ", ".join(filter(None, situation[1:]))
-            rows.append([place or "the missions", *(there.get(name, NOTHING) for name in names)])
+            rows.append([results.place(situation) or "the missions", *(there.get(name, NOTHING) for name in names)])
     return ["", *names], rows
 
 
@@ -100,7 +99,7 @@ def full_rows(results: Comparison, vehicle: str) -> tuple[list[str], list[list[s
     for one in results.results:
         if one.situation.vehicle == vehicle:
             rank = results.ranked[one.situation].ranks[one.controller]
-            row = [", ".join(filter(None, one.situation[1:])), one.controller, f"{rank:.2f}", percent(*one.lost)]
+            row = [results.place(one.situation), one.controller, f"{rank:.2f}", percent(*one.lost)]
             row.append(", ".join(one.grade.labels or [one.grade.grade]) if one.grade else NOTHING)
             for name in results.metrics:
                 spread, factor = one.spreads[name], unit_of(results, name).factor
@@ -114,7 +113,7 @@ def effort_rows(results: Comparison, vehicle: str) -> list[list[str]]:
     """What tracking takes, cell by cell."""
     return [
         [
-            ", ".join(filter(None, one.situation[1:])),
+            results.place(one.situation),
             one.controller,
             *(f"{value:.4g}" if math.isfinite(value) else NOTHING for value in one.effort[:2]),
             f"{100.0 * one.effort.saturation:.2g} %" if math.isfinite(one.effort.saturation) else NOTHING,

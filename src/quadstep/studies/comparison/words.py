@@ -8,8 +8,9 @@ from quadstep.metrics.registry import at_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.report.units import counted, listed, metric, number, percent, prose, unit_suffix
-from quadstep.studies.comparison.answer import SEVERAL, answer, leading, negligible, several, tied, unit_of
+from quadstep.studies.comparison.answer import MOST_NAMED, SEVERAL, answer, leading, negligible, several, tied, unit_of
 from quadstep.studies.comparison.cells import Situation
+from quadstep.studies.comparison.cost import BOARD
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.ranking import ALPHA, Ranked, by_chance, fewest
 from quadstep.studies.tuning.objective import NEGLIGIBLE
@@ -26,8 +27,8 @@ SAME_FLIGHTS = {
 }
 METHOD = (
     "{} A lost flight counts as worse than any other. Pairs are compared by Wilcoxon's signed-rank test and, for lost "
-    "flights, by McNemar's exact test; the p-values of all pairs in all situations get Holm's correction, so that with 95 % "
-    "confidence no pair that is reported as decided is wrong: of these gains, on these vehicles and paths."
+    "flights, by McNemar's exact test; the p-values of all pairs in all situations get Holm's correction, so that the chance "
+    "of any false decision is at most 5 %. Decisions hold for these gains, vehicles and paths."
 )
 
 
@@ -37,9 +38,26 @@ def method(results: Comparison) -> str:
     return same if results.copies else " ".join(filter(None, (METHOD.format(same), searches(results))))
 
 
-def situation_caption(situation: Situation) -> str:
+def common(results: Comparison) -> list[str]:
+    """The path and the scenario that all situations share, of several."""
+    columns = list(zip(*results.situations, strict=True))[1:]
+    return [one[0] for one in columns if len(results.situations) > 1 and one[0] and len(set(one)) == 1]
+
+
+def limit(results: Comparison, vehicle: str) -> str:
+    """Above what an error is large, in a sentence after a blank; nothing where no flight says so."""
+    known = {
+        place: one for place, one in results.limits.items() if place.vehicle == vehicle and results.metric == "position_rmse"
+    }
+    texts = {place: unit_of(results, results.metric).text(one) for place, one in known.items()}
+    if len(set(texts.values())) > 1:
+        return f" Errors are large above {listed([f'{text} in {results.place(place)}' for place, text in texts.items()])}."
+    return f" Errors are large above {next(iter(texts.values()))}." if texts else ""
+
+
+def situation_caption(results: Comparison, situation: Situation) -> str:
     """What a vehicle's figure calls a situation."""
-    return prose(", ".join(filter(None, situation[1:]))) or "missions"
+    return prose(results.place(situation)) or "missions"
 
 
 def title(results: Comparison, name: str) -> str:
@@ -79,7 +97,8 @@ def share_lost(one: SituationResult) -> str:
 def sentences(results: Comparison) -> list[str]:
     """The answer, what holds for all, then situation by situation."""
     lines = [answer(results), *of_all(results)] if len(results.controllers) > 1 else []
-    lines += filter(None, (of_situation(results, situation, ranked) for situation, ranked in results.ranked.items()))
+    if not 1 < len(results.ranked) <= MOST_NAMED:  # which the answer names one by one
+        lines += filter(None, (of_situation(results, situation, ranked) for situation, ranked in results.ranked.items()))
     lines += missed_limits(results)
     lines += [problem.line for problem in results.problems]
     return lines
@@ -128,8 +147,9 @@ def of_all(results: Comparison) -> list[str]:
         some = f" over the {len(flown)} of {many} situations that {who} flew" if len(flown) < many else ""
         leads = f"{several(results.leaders)} share" if others else f"{first} has"
         rank = f"{min(results.overall().values()):.2f} from 0 (always first) to 1 (always last)"
-        lines.append(f"{leads} the best mean rank{some}, {rank}{loses}{fall_short(flown, results.metric, whose)}.")
+        lines.append(f"{leads} the best mean rank{some}, {rank}{loses}{fall_short(results, flown, whose)}.")
     lines += [] if others else with_grade(results, first)
+    lines += prices(results)
     everywhere = " in every situation" if results.kind == "controller" else ""
     alike = f", {ALIKE if results.seeds > 1 else ONCE}" if results.copies else ""
     lines.append(
@@ -166,6 +186,18 @@ def with_grade(results: Comparison, controller: str) -> list[str]:
     return [f"{text[:1].upper()}{text[1:]}."]
 
 
+def prices(results: Comparison) -> list[str]:
+    """What the laws of one vehicle take to compute, where they differ: a sentence."""
+    taken = {name: one.instructions for (_, name), one in results.costs.items() if one.instructions}
+    if len(taken) < 2 or len(taken) < len(results.costs) or len(taken) > SEVERAL:
+        return []
+    least, *_, most = sorted(taken, key=taken.__getitem__)
+    share = taken[most] / taken[least]
+    each = listed([f"{name} {taken[name]:,}" for name in sorted(taken, key=taken.__getitem__)])
+    times = f": {most} takes {share:.1f} times as many as {least}" if share >= 1.1 else ""
+    return [f"Instructions in the worst sample on a {BOARD}: {each}{times}."]
+
+
 def ranked_in(results: Comparison) -> str:
     """The situations that mean ranks are over."""
     there = len(results.tuned_in & results.ranked.keys())
@@ -196,7 +228,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     """
     results = {one.controller: one for one in found.of(situation)}
     best, losses = leading(found, situation)[0], lost_flights(results)
-    where = f"{situation.label}{' (tuned in)' if situation in found.tuned_in else ''}: " if situation.label else ""
+    where = f"{where_of(found, situation)}{' (tuned in)' if situation in found.tuned_in else ''}: " if situation.label else ""
     alone = len(found.ranked) == 1 < len(results)
     if not best:
         every = f"{where}{'every' if where else 'Every'} {found.kind} loses at least half of its flights; t"
@@ -235,18 +267,24 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     return f"{text}. {losses}".strip()
 
 
-def fall_short(results: Sequence[SituationResult], metric: str, whose: str) -> str:
+def where_of(results: Comparison, situation: Situation) -> str:
+    """A situation, with its vehicle where there are several."""
+    several_vehicles = len({one.vehicle for one in results.situations}) > 1
+    return ", ".join(filter(None, (situation.vehicle * several_vehicles, results.place(situation))))
+
+
+def fall_short(found: Comparison, results: Sequence[SituationResult], whose: str) -> str:
     """In how many situations the median flight of a controller is lost or not as asked, and why where its error is largest."""
     lost = sum(one.grade is not None and one.grade.grade is FlightGrade.LOST for one in results)
     short = [one for one in results if one.grade and one.grade.reasons]
-    counts = [f"{what} in {count}" for what, count in (("is lost", lost), ("does not do as asked", len(short))) if count]
+    counts = [f"{what} in {count}" for what, count in (("is lost", lost), ("misses the grade", len(short))) if count]
     if not counts:
         return ""
     text = f"; {whose} median flight {listed(counts)} of {len(results)} situations"
     if short:
-        worst = max(short, key=lambda one: one.spreads[metric].median.value)
+        worst = max(short, key=lambda one: one.spreads[found.metric].median.value)
         where = "worst of those it completes" if lost else "worst"
-        text += f", {where} in {worst.situation.label}: {listed(worst.grade.reasons if worst.grade else ())}"
+        text += f", {where} in {where_of(found, worst.situation)}: {listed(worst.grade.reasons if worst.grade else ())}"
     return text
 
 
@@ -268,7 +306,8 @@ def wins(results: Comparison) -> list[list[str]]:
             pairs = [pair for pair in every if {pair.first, pair.second} == {one, other}]
             better = sum(pair.winner == one for pair in pairs)
             worse = sum(pair.winner == other for pair in pairs)
-            row.append(NOTHING if one == other or not pairs else f"{better} / {len(pairs) - better - worse} / {worse}")
+            found = f"{better} better" * bool(better), f"{worse} worse" * bool(worse)
+            row.append(NOTHING if one == other or not pairs else ", ".join(filter(None, found)) or "undecided")
         rows.append(row)
     return rows
 
