@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib import rcParams
@@ -24,8 +23,8 @@ from quadstep.studies.comparison.words import LOST, interval_text, share_lost, s
 SHAPES = "osD^v<>ph*"
 """Of marks."""
 
-LARGE: dict[str, Any] = {"color": COLOURS["vermillion"], "linestyle": "--", "linewidth": 0.9}
-"""Where errors begin to be large."""
+LARGE = COLOURS["vermillion"]
+"""Of the line at which errors begin to be large."""
 
 MANY = 10
 """Controllers."""
@@ -66,10 +65,16 @@ def draw_panel(axes: Axes, results: Comparison, situations: Sequence[Situation],
         limit = results.limits.get(situation, math.inf) if metric == "position_rmse" else math.inf
         last = -row * group - A_CONTROLLER * (len(results.controllers) - 0.5)
         if any(limit <= 2.0 * one.spreads[metric].high.value < math.inf for one in results.of(situation)):
-            axes.plot([unit.factor * limit] * 2, [-row * group + 0.5 * A_CONTROLLER, last], **LARGE)
+            axes.plot(
+                [unit.factor * limit] * 2,
+                [-row * group + 0.5 * A_CONTROLLER, last],
+                color=LARGE,
+                linestyle="--",
+                linewidth=0.9,
+            )
             axes.annotate(
                 f"large above {unit.text(limit)}", (unit.factor * limit, last), (3, 0), textcoords="offset points", va="top",
-                fontsize=rcParams["legend.fontsize"], color=LARGE["color"],
+                fontsize=rcParams["legend.fontsize"], color=LARGE,
             )  # fmt: skip
         for one in results.of(situation):
             place = results.controllers.index(one.controller)
