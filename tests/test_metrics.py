@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from quadstep import Mission
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import LoggedFlight, attitude_error, position_errors
 from quadstep.metrics.reductions import rmse, settling_time
 from quadstep.metrics.registry import REPORTED, SCORED, flight_metrics, rotor_metrics, score_names_of, warned
 from quadstep.numbers import Vector
-from quadstep.studies.flight_report import of_limits
+from quadstep.studies.flight_report import of_limits, worst
 from quadstep.vehicle.in_space import COLUMNS
 
 
@@ -195,3 +196,24 @@ def test_a_thrust_that_no_rotor_can_give_is_shown_where_rotors_have_no_limits(le
     facts = of_limits({"rotors": {"least[N]": least, "largest[N]": 253.1}})
     assert [one.value for one in facts] == (["−302 to 253\u00a0N"] if shown else [])
     assert not any("realisable" in one.what for one in of_limits({"rotors": {"least[N]": least}, "saturated_share": 0.1}))
+
+
+@pytest.mark.parametrize(
+    ("more", "after"),
+    [
+        ({}, ""),
+        ({"events": [{"type": "payload", "time": 1.0, "mass": 0.1, "until": 4.0}]}, ", 2.00 s after a payload was taken up"),
+        ({"events": [{"type": "payload", "time": 1.0, "mass": 0.1, "until": 2.0}]}, ", 1.00 s after a payload was released"),
+        ({"events": [{"type": "rotor", "time": 3.5, "rotor": 1, "efficiency": 0.9}]}, ""),  # later
+        ({"wind": {"gust": {"velocity": [1.0, 0.0, 0.0], "start": 1.0, "length": 1.5}}}, ", 0.500 s after the gust ended"),
+    ],
+)
+def test_the_largest_error_names_what_had_happened_last_before_it(more, after):
+    path = {"type": "step", "end": [0.0, 0.0, 5.0], "duration": 5.0}
+    mission = Mission(vehicle={"preset": "x500"}, path=path, **more)
+    rows = np.zeros((6, 7))
+    rows[:, 0], rows[3, 1] = np.arange(6.0), 1.0
+    columns = {"t": "s", **dict.fromkeys(("x", "y", "z", "x_d", "y_d", "z_d"), "m")}
+    log = FlightLog(columns, rows, Outcome.COMPLETED, 5.0, None)
+    said = worst(log, 0.0, mission.moments).replace("\N{NO-BREAK SPACE}", " ")
+    assert said == f", at 3 s{after}, where the path is at x 0, y 0, z 0 m"

@@ -58,6 +58,7 @@ class PayloadSection(LastingSection):
     """A point mass: it adds weight and inertia, and moves the centre of gravity."""
 
     type: Literal["payload"]
+    words: ClassVar = ("a payload was taken up", "a payload was released")
     mass: Annotated[Positive, Quantity("kg", "mass of the payload, a point mass")]
     position: Annotated[Triple, Quantity("m", "position of the payload in body axes")] = (0.0, 0.0, 0.0)
 
@@ -73,6 +74,7 @@ class CentreSection(LastingSection):
     """
 
     type: Literal["centre-of-gravity"]
+    words: ClassVar = ("the centre of gravity moved", "the centre of gravity moved back")
     shift: Annotated[Triple, Quantity("m", "shift of the centre of gravity in body axes")]
 
     def payloads(self, mass: float) -> list[Payload]:
@@ -87,6 +89,8 @@ class RotorFaultSection(Section):
     """A rotor that makes less thrust and torque than its speed should."""
 
     type: Literal["rotor"]
+    words: ClassVar = ("the fault of a rotor began", "")
+    end: ClassVar = NEVER
     time: Annotated[NonNegative, Quantity("s", "start of the event")]
     rotor: Annotated[int, Field(ge=1), Quantity("", "number of the rotor, counted from 1")]
     efficiency: Annotated[Share, Quantity("", "remaining share of thrust and torque")]
@@ -241,6 +245,15 @@ class MultirotorMission(Mission):
     @property
     def arm(self) -> float:
         return max(math.hypot(*mount.position) for mount in self.modelled.geometry.mounts)
+
+    @property
+    def moments(self) -> list[tuple[float, str]]:
+        gust = self.wind.gust if isinstance(self.wind, WindSection) else None
+        found = [(gust.start, "the gust began"), (gust.start + gust.length, "the gust ended")] if gust else []
+        for event in self.events:
+            begins, ends = event.words
+            found += [(event.time, begins)] + [(event.end, ends)] * bool(ends)
+        return found
 
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics = flight_metrics(log, self.score_from, arm=self.arm)

@@ -263,6 +263,11 @@ class Mission(Section, metaclass=MissionMeta):
             return f"the mission cannot be flown ({error})"
         return f"in the mission's flight, {together(reasons)}" if reasons else ""
 
+    @property
+    def moments(self) -> list[tuple[float, str]]:
+        """When something happens to the vehicle [s], and what, in the past tense."""
+        return []
+
     def figures(self, log: FlightLog) -> list[FigureJob]:
         return flight_jobs(log, self.name, self.plant.efforts)
 

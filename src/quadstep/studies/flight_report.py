@@ -64,7 +64,7 @@ def write_report(
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(markup.verbatim("\n".join(left), whose))
     measured = [
-        *facts(metrics, counted, worst(log, mission.scored_from) if "position" in metrics else ""),
+        *facts(metrics, counted, worst(log, mission.scored_from, mission.moments) if "position" in metrics else ""),
         *own_facts(mission, metrics),
     ]
     kept = log.outcome is not Outcome.COMPLETED and len(log.rows)
@@ -131,14 +131,16 @@ def of_log(log: FlightLog, ending: Metrics | None = None) -> str:
     return f"All numbers cover the log up to its last row, at {log.column('t')[-1]:.6g} s. {ended} metrics.json."
 
 
-def worst(log: FlightLog, since: float) -> str:
-    """When a flight is farthest from its path, and where it should be then, to follow that distance."""
+def worst(log: FlightLog, since: float, moments: Sequence[tuple[float, str]] = ()) -> str:
+    """When a flight is farthest from its path, what had happened last, and where it should be, to follow that distance."""
     t, off = log.column("t"), np.linalg.norm(position_errors(log), axis=1)
     if not (t >= since).any():
         return ""
     place = int(np.where(t >= since, off, -1.0).argmax())
     there = ", ".join(f"{a} {units.number(float(log.column(f'{a}_d')[place]))}" for a in position_axes(log))
-    return f", at {at(t, place)}, where the path is at {there} m"
+    before, what = max(((when, what) for when, what in moments if 0.0 < when <= t[place]), default=(0.0, ""))
+    after = f", {units.quantity(float(t[place]) - before, 's')} after {what}" if what else ""
+    return f", at {at(t, place)}{after}, where the path is at {there} m"
 
 
 def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fact]:
