@@ -203,7 +203,7 @@ PUSHED = Unknown(force=2.3e-4, torque=2.3e-4)
 def test_hover_of_the_papers_plant_holds_under_unknown_forces_and_torques(tmp_path):
     run = quadstep("prove", write(tmp_path, PAPER), "--out", tmp_path / "proof.json")
     assert (run.code, run.err) == (0, "")
-    assert "any force within 0.00023 N" in run.out
+    assert "any force up to 0.00023 N" in run.out
     assert "the longest time that this proof covers" in run.out.replace("\n", " ")
     assert read_set(tmp_path / "proof.json").unknown == PUSHED
     assert "| 0.976 mm | 3.42, 3.42, 3.53 mm" in PAGE.read_text()

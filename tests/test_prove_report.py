@@ -3,14 +3,15 @@
 import html
 import re
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from quadstep.mission.schema import Mission
-from quadstep.proofs.prove.certificate_file import read_certificate
+from quadstep.proofs.prove.certificate_file import off_path, read_certificate
 from quadstep.proofs.prove.proof_pictures import of_tube
-from quadstep.proofs.prove.report import MARK
+from quadstep.proofs.prove.report import MARK, facts
 from quadstep.proofs.prove.run import prove_mission
 from quadstep.proofs.prove.sampled import SampledLoop
 from quadstep.proofs.prove.unknown import Unknown
@@ -32,7 +33,7 @@ def proved(tmp_path_factory):
     return run, file, folder
 
 
-def test_a_report_says_the_answer_and_draws_tube_and_boxes(proved):
+def test_a_report_says_the_answer_and_draws_the_tube(proved):
     run, _, folder = proved
     assert (run.code, run.err) == (0, "")
     assert f"Report: {folder / 'tube.html'}" in " ".join(run.out.split())
@@ -40,9 +41,11 @@ def test_a_report_says_the_answer_and_draws_tube_and_boxes(proved):
     assert MARK in text
     assert "<title>Sideways" in text
     assert re.search(
-        r"Proved: every flight of 1.s from any start within 0.1.mm of the mission's on each axis\s+stays", html.unescape(text)
+        r"Proved: from any start within 0.1.mm of the mission's on each axis, the vehicle\s+stays", html.unescape(text)
     )
-    assert text.count("<figure") == 2
+    assert text.count("<figure") == 1
+    assert '<a href="tube.json">tube.json</a>' in text
+    assert "<code>quadstep prove --check tube.json</code>" in text
     for bound in (line.split()[-2] for line in run.out.splitlines() if line.startswith(("x ", "z "))):
         assert bound in text
 
@@ -54,7 +57,7 @@ def test_every_number_of_the_text_is_one_of_the_table(proved):
     text = text.replace("\u00a0", " ")
     table = dict(re.findall(r"<tr><td>([xz])</td><td>([\d.]+) mm</td>", text))
     away = dict(re.findall(r"<tr><td>([xz])</td><td>[\d.]+ mm</td><td>([\d.]+) mm</td>", text))
-    assert f"largest along x, {table['x']} mm" in text
+    assert f"widest along x, {table['x']} mm" in text
     assert f"stays within {away['x']} mm along x and {away['z']} mm along z of its path" in text
     assert re.findall(r"<dd>([\d.]+) mm", text) == [away["x"], away["z"]]
     kept = read_certificate(folder / "tube.json").position.tolist()
@@ -63,23 +66,27 @@ def test_every_number_of_the_text_is_one_of_the_table(proved):
     assert f"{away['x']} mm" in run.out
 
 
-def test_the_tube_is_drawn_with_its_bound_along_every_axis_and_boxes_in_words():
+def test_the_tube_is_drawn_as_a_band_along_every_axis_in_one_unit(tmp_path):
     loop = SampledLoop(Mission.model_validate(tomllib.loads(MISSION)).plan())
     bound = np.full((11, 2), 0.10005)
     bound[-1, 0] += 1e-9  # less than is written
-    boxes = np.ones((2, len(loop.names)))
-    figure, widths = of_tube(loop, 0.0 * bound, bound, boxes, 8)
-    assert "it is largest along x and z, 100.1 mm at" in figure.caption.replace("\u00a0", " ")
-    assert [len(panel.lines) for panel in figure.panels] == [3, 3, 1, 1]
-    assert [*widths.panels[0].lines][:2] == ["position", "velocity"]
-    (narrow, *_) = of_tube(loop, np.cumsum(bound, axis=0), 1e-3 * bound, boxes[:0], 8)
-    assert [len(panel.lines) for panel in narrow.panels] == [1, 1, 1, 1]
+    error = np.cumsum(bound, axis=0)
+    (figure,) = of_tube(loop, error, bound)
+    assert "It is widest along x and z, 100.1 mm to each side at" in figure.caption.replace("\u00a0", " ")
+    for panel, off, half in zip(figure.panels, error.T, bound.T, strict=True):
+        low, high = panel.band
+        np.testing.assert_allclose(0.5 * (low + high), off)
+        np.testing.assert_allclose(0.5 * (high - low), half)
+    axes = figure.picture().axes
+    assert {one.get_ylabel().partition("[")[2] for one in axes} == {"m]"}
+    assert all(len(one.collections) >= 1 for one in axes)
+    figure.draw(tmp_path)
 
 
 def test_the_band_is_the_tube_of_the_proof(proved):
     _, file, folder = proved
-    first, _ = prove_mission(file, others=Unknown(start=1e-4)).pictures
-    bound = np.array([*(panel.lines["bound"] for panel in first.panels[2:])]).T
+    (first,) = prove_mission(file, others=Unknown(start=1e-4)).pictures
+    bound = np.array([0.5 * (panel.band[1] - panel.band[0]) for panel in first.panels]).T
     assert np.all(bound[0] >= 1e-4)
     assert bound.max(axis=0) == pytest.approx(read_certificate(folder / "tube.json").position.tolist(), rel=1e-12)
 
@@ -110,5 +117,39 @@ def test_a_tube_that_stays_open_is_reported_as_far_as_it_is_closed(tmp_path):
     run = quadstep("prove", write(tmp_path, MISSION, "m.toml"), "--start", 0.5, "--out", tmp_path / "tube.json")
     assert run.code == 1
     text = (tmp_path / "tube.html").read_text(encoding="utf-8")
-    assert "Open: from any start within" in text
+    assert "Undecided: from any start within" in text
     assert not (tmp_path / "tube.json").exists()
+
+
+def test_the_bound_from_the_path_is_taken_block_by_block_and_holds_at_every_sample():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        block, samples = int(rng.integers(1, 9)), int(rng.integers(9, 60))
+        count = -(-samples // block)
+        boxes, position = rng.uniform(0.1, 1.0, (count, 4)), rng.uniform(0.1, 1.0, 2)
+        off = rng.uniform(0.0, 1.0, (samples + 1, 2))
+        bounds = np.minimum(boxes[:, :2], position)
+        each = np.array(
+            [np.maximum(bounds[max(0, (k - 1) // block)], bounds[min(k // block, count - 1)]) for k in range(samples + 1)]
+        )
+        found = off_path(off, block, boxes, position)
+        assert np.all(found >= (off + each).max(axis=0))
+        assert np.all(found <= (off.max(axis=0) + position) * (1.0 + 1e-9))
+
+
+def test_a_certificate_has_an_ending(proved, tmp_path):
+    _, file, _ = proved
+    run = quadstep("prove", file, "--start", 1e-4, "--out", tmp_path / "tube")
+    assert run.code == 0
+    assert {one.name for one in tmp_path.iterdir()} == {"tube.json", "tube.html"}
+
+
+def test_the_cards_of_a_disproof_are_about_the_proof(tmp_path):
+    examples = Path(__file__).parent.parent / "examples"
+    verdict = prove_mission(examples / "theorem_fails.toml")
+    assert [(one.what, one.value, one.more) for one in facts(verdict)] == [
+        ("verdict", "disproved", ""),
+        ("hover", "unstable", ""),
+        ("fastest error", "2.15 1/s", "doubles every 0.322 s"),
+        ("eigenvalues", "4 of 82", "outside the unit circle"),
+    ]

@@ -35,7 +35,7 @@ def prove(
     ] = 0.0,
     start_rates: Annotated[float, typer.Option(help="Uncertainty of the start's angular rates [rad/s].")] = 0.0,
     out: Annotated[
-        Path | None, typer.Option(help="Certificate, beside its report; default: out/<mission's name>-proof.json.")
+        Path | None, typer.Option(help="Certificate (.json), beside its report; default: out/<mission's name>-proof.json.")
     ] = None,
     check: Annotated[Path | None, typer.Option(metavar="FILE", help="Check this certificate instead, independently.")] = None,
     controller: Annotated[
@@ -66,6 +66,7 @@ def prove(
     else:
         assert mission is not None
         file = out or Path("out") / f"{mission.stem}-proof.json"
+        file = file if file.suffix or file.is_dir() else file.with_suffix(".json")
         check_target(file)
         page = report.place_beside(file)
         others = Unknown(0.0, 0.0, mass, inertia, start, start_velocity, start_attitude, start_rates)

@@ -79,8 +79,8 @@ def beside(across: float, names: list[str]) -> int:
 def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: list[str] | None = None) -> None:
     """Fill one set of axes; entries may be shorter than t (a flight that ended early). names: those of its legend."""
     lines, name = panel.lines, label(panel.label)
-    scale = panel.scale or (SIGNED_LOG if peaked(list(lines.values())) else "")
-    base = None if scale else steady(lines)
+    scale = panel.scale or (SIGNED_LOG if not panel.band and peaked(list(lines.values())) else "")
+    base = None if scale or panel.band else steady(lines)
     if base is not None:
         lines = {key: values - base for key, values in lines.items()}
         name += f" − {base:g} {prose(panel.unit).strip('-')}".rstrip()
@@ -89,6 +89,11 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: li
     unit, factor = (prefixed if panel.unit == "-" else suited)(panel.unit, largest)
     lines = {key: factor * values for key, values in lines.items()}
     drawn = [values for values in lines.values() if len(values)]
+    if panel.band:
+        kept = np.linspace(0, len(panel.band[0]) - 1, 3 * BUCKETS).astype(int)
+        low, high = (factor * one[kept] for one in panel.band)
+        axes.fill_between(t[kept], low, high, color=LINES[0]["color"], alpha=BAND["alpha"], linewidth=0.0)
+        drawn += [low, high]
     if scale == STACKED:
         drawn, lines = stack(axes, t, lines, log_time), {}
     for style, (key, values) in zip(LINES * 2, lines.items(), strict=False):

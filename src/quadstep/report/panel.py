@@ -31,6 +31,7 @@ class Panel(NamedTuple):
 
     scale: `LOG`, `SIGNED_LOG`, `STACKED` (areas upon one another, and their sum), or nothing: linear, unless a short peak
     would flatten all the rest. reach: the largest value of panels that are shown in the same unit.
+    band: low and high of an area around the line.
     """
 
     label: str
@@ -38,6 +39,7 @@ class Panel(NamedTuple):
     lines: dict[str, NDArray[np.float64]]
     scale: str = ""
     reach: float = 0.0
+    band: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
 
 ROOM = 1.0

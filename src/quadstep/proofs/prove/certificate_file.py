@@ -21,6 +21,7 @@ from quadstep.io.documents import read_json
 from quadstep.io.errors import UserError
 from quadstep.io.files import check_place, write_beside
 from quadstep.io.parts import SEAL, read_sealed, sealed
+from quadstep.numbers.affine import UP
 from quadstep.proofs.prove.sampled import Array
 from quadstep.proofs.prove.unknown import Unknown, refuse_out_of_range
 
@@ -148,6 +149,15 @@ def read_certificate(path: Path) -> Certificate:
     if not shapes or blocks < 1:
         raise UserError(f"{path}: not {WHAT}: its tables do not agree")
     return Certificate(mission, unknown, states, flown, size, spread, boxes, position, str(content.get("folder", "")))
+
+
+def off_path(off: Array, block: int, boxes: Array, position: Array) -> Array:
+    """How far every flight stays from its path, for each axis [m]: in each block at most what its centre line is off it, and
+    the less of the block's box and of what is claimed of the whole tube. off: (samples + 1, axes) [m].
+    """
+    bounds = np.minimum(boxes[:, : off.shape[1]], position)
+    blocks = [off[block * place : block * (place + 1) + 1].max(axis=0) + bound for place, bound in enumerate(bounds)]
+    return np.max(blocks, axis=0) * UP
 
 
 class SetCertificate(NamedTuple):

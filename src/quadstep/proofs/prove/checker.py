@@ -18,7 +18,7 @@ from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers import Number
 from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, UndefinedError
-from quadstep.proofs.prove.certificate_file import Certificate, read_certificate
+from quadstep.proofs.prove.certificate_file import Certificate, off_path, read_certificate
 from quadstep.proofs.prove.check_loop import CONSTANTS, PUSHES, STARTS, CheckedLoop, all_finite, number, pushed
 from quadstep.proofs.prove.unknown import Unknown
 
@@ -240,6 +240,6 @@ def check_certificate(path: Path) -> CheckResult:
         raise UserError(f"{path}: {error}") from None
     time, axes = np.arange(len(found.flown)) * float(loop.span) * plan.ticks.step, tuple(plan.loop.plant.axes)
     wanted = plan.loop.path.reference(cast(Number, time), plan.parameters.path).position
-    off = [np.abs(found.flown[:, i] - wanted["xyz".index(axis)]).max() for i, axis in enumerate(axes)]
-    off_path = (np.array(off) + found.position) * UP
-    return CheckResult(mission.name, axes, found.unknown, failed, found.position, off_path, float(time[-1]))
+    off = np.stack([np.abs(found.flown[:, i] - wanted["xyz".index(axis)]) for i, axis in enumerate(axes)], axis=1)
+    away = off_path(off, found.block, found.boxes, found.position)
+    return CheckResult(mission.name, axes, found.unknown, failed, found.position, away, float(time[-1]))

@@ -1,4 +1,4 @@
-"""The verdict on hover that holds for ever, and on a certificate that claims it."""
+"""The verdict on hover that holds for all time, and on a certificate that claims it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def hover_for_ever(
         f"What stopped a larger set: {kept.found.limit}.",
     ]
     if not enough:
-        says = [f"open: starts within {1e3 * unknown.start:g} mm were requested, and less is proved.", *says]
+        says = [f"undecided: starts within {1e3 * unknown.start:g} mm were requested, and less is proved.", *says]
     kind = VerdictKind.PROVED if enough else VerdictKind.OPEN
     return ProofVerdict(name, kind, rows, says, out, COLUMNS, of_set(loop, kept, position))
 

@@ -6,7 +6,6 @@ from itertools import product
 
 import numpy as np
 
-from quadstep.linear.states import quantity
 from quadstep.numbers import flatten, rebuild
 from quadstep.proofs.prove.hold import Departure, Hold
 from quadstep.proofs.prove.report import millimetres
@@ -18,44 +17,26 @@ from quadstep.report.panel import LOG, Panel
 MOST = 150
 """Samples that are flown for a figure of a set."""
 
-SEEN = 0.02
-"""Share of an axis above which a bound around a line can be told from the line."""
 
-LARGEST = 8
-"""Most quantities whose boxes are drawn."""
-
-
-def of_tube(loop: SampledLoop, error: Array, bound: Array, boxes: Array, block: int) -> list[FigureJob]:
+def of_tube(loop: SampledLoop, error: Array, bound: Array) -> list[FigureJob]:
     """A tube as far as it is closed. error: flown less desired position, and bound: of every flight about the flown one,
-    (samples + 1, axes) [m]. boxes: half-widths of each state, (blocks, states), one for every `block` samples.
+    (samples + 1, axes) [m].
     """
-    axes, seen = loop.loop.plant.axes, []
+    axes, reach = loop.loop.plant.axes, float((np.abs(error) + bound).max())
     time: Array = np.arange(len(bound), dtype=np.float64) * loop.period
-    for axis, off, half in zip(axes, error.T, bound.T, strict=True):
-        others = {"most": off + half, "least": off - half} if half.max() > SEEN * np.ptp(off) else {}
-        seen.append(Panel(f"error in {axis}", "m", {"the mission's flight": off, **others}))
-    seen += [Panel(f"bound, {axis}", "m", {"bound": half}) for axis, half in zip(axes, bound.T, strict=True)]
+    panels = [
+        Panel(f"error in {axis}", "m", {"the mission's flight": off}, reach=reach, band=(off - half, off + half))
+        for axis, off, half in zip(axes, error.T, bound.T, strict=True)
+    ]
     most = [millimetres(one) for one in bound.max(axis=0).tolist()]
     at = float(time[np.argmax(bound.max(axis=1))])
     along = [axis for axis, one in zip(axes, most, strict=True) if one == millimetres(float(bound.max()))]
     caption = (
-        "Left: how far the mission's own flight is from its path, and the most and the least that any of the flights can be, "
-        "unless they look the same. Right: how far any of them can be from the mission's own; it is largest along "
-        f"{units.listed(along)}, {millimetres(float(bound.max()))} mm at {units.quantity(at, 's')}."
+        "Line: how far the mission's own flight is from its path. Band: where every other flight is proved to be. It is "
+        f"widest along {units.listed(along)}, {millimetres(float(bound.max()))} mm to each side at {units.quantity(at, 's')}; "
+        "where none is seen, it is thinner than the line."
     )
-    drawn = [FigureJob("tube", caption, time, seen, 2)]
-    if not len(boxes):
-        return drawn
-    names = [quantity(name) for name in loop.names]
-    widest = {one: boxes[:, [name == one for name in names]].max(axis=1) for one in dict.fromkeys(names)}
-    kept = sorted((one for one in widest if widest[one].max() > 0.0), key=lambda one: -widest[one].max())[:LARGEST]
-    said = ", ".join(f"{one} {widest[one].max():.3g}" for one in kept)
-    caption = (
-        "Half-widths, in SI units, of the boxes around the flight that contain every state; the widest of each quantity. "
-        f"Where they grow, the enclosure loses more than the control law recovers. At most: {said}."
-    )
-    lines = Panel("half-width, SI units", "-", {one: np.maximum(widest[one], 1e-18) for one in kept}, LOG)
-    return [*drawn, FigureJob("boxes", caption, time[::block][: len(boxes)], [lines])]
+    return [FigureJob("tube", caption, time, panels, len(panels))]
 
 
 def of_flight(t: Array, errors: Array, limit: float) -> list[FigureJob]:
@@ -91,7 +72,7 @@ def of_set(loop: SampledLoop, kept: Hold, position: Array) -> list[FigureJob]:
     share = float((flown.max(axis=0) / position).max())
     caption = (
         f"Flown from the {corners.shape[1]} corners of the box of starts: the farthest of these flights from the loop's rest, "
-        f"at each sample of the first {time[-1]:g} s, below what is proved for every start in the box and all later samples. "
+        f"at each sample of the first {time[-1]:g} s, within what is proved for every start in the box and all later samples. "
         f"They use up to {100.0 * share:.0f} % of it."
     )
     return [FigureJob("set", caption, time, panels, len(panels))]

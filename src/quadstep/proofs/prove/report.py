@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from enum import IntEnum
 from pathlib import Path
 from typing import NamedTuple
+from urllib.parse import quote
 
 from quadstep.io.errors import DIVERGED, FAILED, UserError
 from quadstep.io.files import write_beside
@@ -32,7 +33,7 @@ FROM_PATH = "from the path"
 
 
 class ProofVerdict(NamedTuple):
-    """The result. rows: axis, and its bounds. says: sentences. written: its certificate."""
+    """The result. rows: axis, and its bounds. says: sentences. written: its certificate. cards: instead of the bounds'."""
 
     name: str
     kind: VerdictKind
@@ -41,6 +42,7 @@ class ProofVerdict(NamedTuple):
     written: Path | None = None
     columns: tuple[str, ...] = ("axis", "from the flight", FROM_PATH)
     pictures: Sequence[FigureJob] = ()
+    cards: Sequence[markup.Fact] = ()
 
 
 def millimetres(metres: float) -> str:
@@ -79,14 +81,14 @@ def off(unknown: Unknown) -> list[str]:
 
 
 def under(unknown: Unknown) -> str:
-    """For which unknowns a statement holds, as it goes on after "every flight"."""
+    """For which unknowns a statement holds, as a part of a sentence."""
     pushes = [
-        f"any force within {unknown.force:g} N" if unknown.force else "",
-        f"any torque within {unknown.torque:g} N m per axis" if unknown.torque else "",
+        f"any force up to {unknown.force:g} N" if unknown.force else "",
+        f"any torque up to {unknown.torque:g} N m" if unknown.torque else "",
     ]
     pushed = units.listed([one for one in pushes if one])
     said = [
-        f"{pushed} that may change at every sample" if pushed else "",
+        f"{pushed} on each axis (free to change at every sample)" if pushed else "",
         f"a mass within {100 * unknown.mass:g} %" if unknown.mass else "",
         f"inertias within {100 * unknown.inertia:g} %" if unknown.inertia else "",
     ]
@@ -123,22 +125,24 @@ CLOSING = markup.note(
 def write_report(path: Path, verdict: ProofVerdict) -> None:
     """Write it. Raises UserError."""
     others = verdict.says[1:]
-    opened = [line for line in others if line.startswith("open: ")]
+    opened = [line for line in others if line.startswith("undecided: ")]
     shown = "In numbers" if verdict.kind is VerdictKind.DISPROVED else "The bounds"
     sections: list[Section] = [TableSection(shown, "bounds", verdict.columns, verdict.rows)]
     if opened:
-        sections += [markup.heading("What stayed open", "open"), markup.listing(map(sentence, opened))]
+        sections += [markup.heading("What is undecided", "undecided"), markup.listing(map(sentence, opened))]
     sections += [markup.paragraph(sentence(line)) for line in others if line not in opened]
-    drawn = [Figure(one.name, one.caption) for one in verdict.pictures]
     if verdict.kind is not VerdictKind.DISPROVED:
         sections.append(CLOSING)
-    if drawn[1:]:
-        sections += [markup.heading("Boxes over time", "boxes"), *drawn[1:]]
+    if verdict.written:
+        name = verdict.written.name
+        said = f"The certificate; `quadstep prove --check {name}` checks it with code of its own:"
+        sections.append(markup.links([(quote(name), name)], said))
     first = sentence(verdict.says[0])
     with tempfile.TemporaryDirectory() as folder:
         for one in verdict.pictures:
             one.draw(Path(folder), Sheet(formats=("svg",)))
-        found = Evidence(verdict.name, KIND, first, verdict.says, {}, facts(verdict), drawn[:1], sections, fold=("boxes",))
+        figures = [Figure(one.name, one.caption) for one in verdict.pictures]
+        found = Evidence(verdict.name, KIND, first, verdict.says, {}, facts(verdict), figures, sections)
         write_beside(path, found.html(Path(folder)), parents=True)
 
 
@@ -149,12 +153,10 @@ def sentence(text: str) -> str:
 
 def facts(verdict: ProofVerdict) -> list[markup.Fact]:
     """The verdict, and the last column of the table for each row that is a position."""
-    word = {VerdictKind.PROVED: "proved", VerdictKind.OPEN: "open", VerdictKind.DISPROVED: "disproved"}[verdict.kind]
+    word = {VerdictKind.PROVED: "proved", VerdictKind.OPEN: "undecided", VerdictKind.DISPROVED: "disproved"}[verdict.kind]
     bounds = [(row[0], row[-1].partition(UNTIL)) for row in verdict.rows[:3]]
-    return [
-        markup.Fact("verdict", word),
-        *(
-            markup.Fact(f"{name}, {verdict.columns[-1]}", value, f"proved{UNTIL}{end}" if end else "")
-            for name, (value, _, end) in bounds
-        ),
+    cards = [
+        markup.Fact(f"{name}, {verdict.columns[-1]}", value, f"proved{UNTIL}{end}" if end else "")
+        for name, (value, _, end) in bounds
     ]
+    return [markup.Fact("verdict", word), *(verdict.cards or cards)]

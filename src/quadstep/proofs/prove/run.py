@@ -19,9 +19,8 @@ from quadstep.io.parts import read_sealed
 from quadstep.io.user_code import only
 from quadstep.linear.equilibrium import check_equilibrium
 from quadstep.mission.read import check_mission, plan_mission
-from quadstep.numbers.affine import UP
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.proofs.prove.certificate_file import SET_FORMAT, WHAT, Certificate, folder_from, write_certificate
+from quadstep.proofs.prove.certificate_file import SET_FORMAT, WHAT, Certificate, folder_from, off_path, write_certificate
 from quadstep.proofs.prove.checker import check_certificate
 from quadstep.proofs.prove.for_ever import check_for_ever, hover_for_ever, left_hover
 from quadstep.proofs.prove.hold import Departure, invariant_set
@@ -34,6 +33,7 @@ from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.tube import SAMPLES, OpenTube, beginning, tube
 from quadstep.proofs.prove.unknown import Unknown, check_unknown
 from quadstep.report.bars import bar
+from quadstep.report.markup import Fact
 from quadstep.report.progress import Count
 from quadstep.report.units import in_one_unit
 from quadstep.vehicle.lagrange import Parameters
@@ -97,7 +97,7 @@ def prove_mission(
         result = tube(loop, flown, unknown, chosen, axes, shown)
     apart = flown[:, :axes] - path_samples(loop, len(flown))
     off, bound = np.abs(apart), result.position * 1.001
-    drawn = of_tube(loop, apart[: len(bound)], bound, result.boxes @ np.abs(chosen.spread).T, SAMPLES)
+    drawn = of_tube(loop, apart[: len(bound)], bound)
     if isinstance(result, OpenTube):
         return still_open(mission.name, plan, loop, unknown, result, off, why)._replace(pictures=drawn)
     position = bound.max(axis=0)
@@ -105,18 +105,27 @@ def prove_mission(
         names = tuple(loop.names)
         content = text, unknown, names, flown, SAMPLES, chosen.spread, result.boxes, position
         write_certificate(out, Certificate(*content, folder_from(out, path)))
-    away = (off.max(axis=0) + position) * UP  # as the check of the certificate has it
+    away = off_path(off, SAMPLES, result.boxes, position)  # as the check of the certificate has it
     names = plan.loop.plant.axes
     says = [
-        f"proved: {tube_sentence(loop.samples * loop.period, unknown, names, away, f'{len(flown)} samples')}",
+        f"proved: {tube_sentence(loop.samples * loop.period, unknown, names, away, f'{len(flown):,} samples')}",
+        *scale(plan, unknown),
         *not_for_ever(why),
     ]
     return ProofVerdict(mission.name, VerdictKind.PROVED, bounds_of(names, position, away), says, out, pictures=drawn)
 
 
 def tube_sentence(seconds: float, unknown: Unknown, axes: Sequence[str], away: Array, samples: str) -> str:
-    near = within(axes, away.tolist())
-    return f"every flight of {seconds:g} s {under(unknown)} stays within {near} of its path at all {samples}."
+    near, given = within(axes, away.tolist()), under(unknown).rstrip(",")
+    return f"{given}, the vehicle stays within {near} of its path at all {samples} of the {seconds:g} s flight."
+
+
+def scale(plan: FlightPlan, unknown: Unknown) -> list[str]:
+    """The force beside the weight, in a sentence."""
+    if not unknown.force or not isinstance(plan.parameters, Parameters):
+        return []
+    weight = plan.parameters.vehicle.mass * plan.parameters.vehicle.gravity
+    return [f"The force is up to {100.0 * unknown.force / weight:.2g} % of the weight on each axis."]
 
 
 def bounds_of(axes: Sequence[str], *bounds: Array) -> list[list[str]]:
@@ -147,7 +156,7 @@ def checked(path: Path) -> ProofVerdict:
     found = check_certificate(path)
     if found.failed:
         return ProofVerdict(found.name, VerdictKind.OPEN, [], [f"not confirmed: {found.failed}"])
-    says = f"confirmed: {tube_sentence(found.seconds, found.unknown, found.axes, found.off_path, 'its samples')}"
+    says = f"confirmed: {tube_sentence(found.seconds, found.unknown, found.axes, found.off_path, 'samples')}"
     return ProofVerdict(found.name, VerdictKind.PROVED, bounds_of(found.axes, found.position, found.off_path), [says])
 
 
@@ -160,8 +169,8 @@ def path_samples(loop: SampledLoop, count: int) -> Array:
 
 
 def not_for_ever(why: str) -> list[str]:
-    """The note that hover was not shown to hold for ever, if that was tried."""
-    return [f"open: no set was found that hover never leaves: {why}."] if why else []
+    """The note that hover was not shown to hold for all time, if that was tried."""
+    return [f"undecided: no set was found that hover never leaves: {why}."] if why else []
 
 
 def still_open(
@@ -176,7 +185,7 @@ def still_open(
         for axis, *bounds in zip(plan.loop.plant.axes, position, away, strict=True)
     ]
     says = [
-        f"open: {under(unknown).rstrip(',')}, the bounds are proved until {seconds:g} s but not beyond: {result.why}.",
+        f"undecided: {under(unknown).rstrip(',')}, the bounds are proved until {seconds:g} s but not beyond: {result.why}.",
         *not_for_ever(why),
     ]
     return ProofVerdict(name, VerdictKind.OPEN, rows, says)
@@ -195,7 +204,12 @@ def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> Pro
         *consequence(plan),
         flight_says(log),
     ]
-    return flown_verdict(name, plan, log, says)
+    cards = [
+        Fact("hover", "unstable"),
+        Fact("fastest error", f"{growth.slowest:.3g} 1/s", f"doubles every {doubling}"),
+        Fact("eigenvalues", f"{growth.unstable} of {growth.states}", "outside the unit circle"),
+    ]
+    return flown_verdict(name, plan, log, says)._replace(cards=cards)
 
 
 def consequence(plan: FlightPlan) -> list[str]:
