@@ -259,8 +259,8 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
     if narrow:
         seen_from[0].figure.legend(seen_from[0].lines[1::-1], (FLOWN, DESIRED), loc="outside upper left", ncols=2)
     elif views:
-        place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0)}
-        seen_from[0].legend(seen_from[0].lines[1::-1], (FLOWN, DESIRED), ncols=2, borderaxespad=0.1, **place)
+        lines, names = seen_from[0].lines[1::-1], (FLOWN, DESIRED)
+        seen_from[0].legend(lines, names, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
     return figure
 
 
