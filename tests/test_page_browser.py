@@ -531,7 +531,7 @@ def test_divergence_is_told(open_page):
         == "Theorem 5.1: 6 of 6 gain conditions hold\nrepaired theorem at hover: 0 of 1"
     )
     assert page.locator("#conditions .bad").all_inner_texts() == ["repaired theorem at hover: 0 of 1"]
-    assert page.locator("#promise").inner_text().endswith("that of the repaired theorem does not hold.")
+    assert page.locator("#promise").inner_text().endswith("the repaired theorem’s condition is violated.")
 
 
 def test_keyboard(open_page, brief_file):

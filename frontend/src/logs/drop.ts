@@ -31,7 +31,7 @@ export function listenToFiles(opened: Watched<Log | undefined>, say: (line: stri
     try {
       const log = readLog(file.name, await file.arrayBuffer());
       opened.set(log);
-      say(`Opened ${log.name}: ${log.kind} with ${count(log.series.length, "signal")}, ${seconds(log)} s long. ${pathOfLog(log) ? "Its path is drawn in the scene; signals" : "Signals"} named like one of the flight’s columns are drawn with it, all others under “Choose and add plots”. “quadstep advise” gives the margins of the loop that flew it.`);
+      say(`Opened ${log.name}: ${log.kind} with ${count(log.series.length, "signal")}, ${seconds(log)} s long. ${pathOfLog(log) ? "Its path is drawn in the scene; signals" : "Signals"} named like one of the flight’s columns are drawn with it, all others under “Choose and add plots”. For the stability margins of the loop that flew a log, use “quadstep advise”.`);
     } catch (error) {
       const why = error instanceof BadFile ? error.message : `${file.name.slice(0, 60)}: it may be damaged`;
       say(closed(`Could not open ${why}`));

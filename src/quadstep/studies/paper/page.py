@@ -120,14 +120,10 @@ def write_paper_page(path: Path, study: PaperStudy, plans: StudyPlans, claims: S
 
 
 def fly_paper(engine: Engine = Engine.LANES, story: Story | None = None) -> str:
-    """The page of the paper, with its flights flown here, and with a walk: that of the package if none is given.
-
-    Raises UserError.
-    """
-    story = story or read_story(OWN)
+    """The page of the paper, with its flights flown here, and a walk: the package's if none is given. Raises UserError."""
     plans = plan_study()
     study = fly_study(plans, engine)
-    return paper_page(study, plans, check_claims(study), story=story, engine=engine)
+    return paper_page(study, plans, check_claims(study), story=story or read_story(OWN), engine=engine)
 
 
 def flown_study(study: PaperStudy, plans: StudyPlans, claims: Sequence[ClaimView]) -> list[ShownFlight]:
