@@ -203,11 +203,12 @@ def test_the_first_sentence_and_the_cards_say_the_same_of_the_same_predictions(f
     begins = "On 1 flight held out of the first fit, the position predicted 0.5\u00a0s ahead from commands alone is off by 200"
     assert said.startswith(f"{begins}\u00a0mm on average, 20 % of the error")
     assert (
-        ": on this flight, the model predicts position and velocity better than the baselines, but attitude and rates " in said
+        ": on this flight, the model predicts position and velocity better than both baselines, but attitude and rates "
+        in said
     )
     assert (
-        "rates worse. Predictions that know the setpoints too are off by 100\u00a0mm. The vehicle file is from a second"
-        in said
+        "rates worse than the better one. Predictions that know the setpoints too are off by 100\u00a0mm. The vehicle file is "
+        "from a second" in said
     )
     known = (
         "1 of 2 vehicle parameters were identified: 1 well (to within 10 %), none roughly (to within 50 %) and none barely."
@@ -221,9 +222,14 @@ def test_the_first_sentence_and_the_cards_say_the_same_of_the_same_predictions(f
     assert cards == [f"{percent(one)} of {than}" for one, than in
                      ((0.2, constant), (0.5, constant), (1.13, constant), (1.63 / 0.95, still))]  # fmt: skip
     mixed = answer(worse._replace(commands=compared([0.2, 0.95, 0.8, 0.97])), 0.01)
-    assert "predicts position and attitude better than the baselines, but velocity hardly better and rates worse." in mixed
+    assert (
+        "position and attitude better than both baselines, but velocity hardly better than the better one and rates worse"
+        in mixed
+    )
+    poor = answer(worse._replace(commands=compared([1.2, 0.5, 0.8, 0.6])), 0.01)
+    assert "predicts position worse than the better baseline, but velocity, attitude and rates better than both" in poor
     fine = worse._replace(commands=compared([0.2, 0.5, 0.8, 0.6]))
-    assert "predicts position, velocity, attitude and rates better than the baselines." in answer(fine, 0.01)
+    assert "predicts position, velocity, attitude and rates better than both baselines." in answer(fine, 0.01)
     sagging = (
         "The modelled thrust is 0.90 to 1.10 times the thrust needed: predictions correct for this from the log; a simulated"
     )

@@ -243,7 +243,7 @@ def test_a_wrong_thrust_comes_before_what_rests_on_it(tmp_path, logs):
     better = (
         "if velocity and rates stayed constant: on this flight, the model predicts position, velocity, attitude and rates "
     )
-    better += "better than the baselines."
+    better += "better than both baselines."
     said = (
         "The modelled thrust is 0.83 to 1.02 times the thrust needed: predictions correct for this from the log; a simulated"
     )

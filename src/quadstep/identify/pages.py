@@ -212,8 +212,8 @@ def prediction_picture(one: Followed, place: int, kind: str) -> FigureJob:
     caption = (
         f"{one.name}{f' ({kind})' if kind else ''}: measured, and {earlier}. The position's largest error "
         f"{HORIZONS[-1] * one.period:.2g} s ahead, {quantity(float(off[worst]), 'm')}, is that of the prediction from "
-        f"{one.time[worst]:.1f} s. The residuals show what the vehicle does not explain: a slow wave is a missing force, a "
-        "burst at each manoeuvre a wrong inertia, lag or delay."
+        f"{one.time[worst]:.1f} s (of those from {one.time[0]:.1f} to {one.time[-1]:.1f} s). The residuals show what the "
+        "vehicle does not explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag or delay."
     )
     return FigureJob(f"{FIGURES}/predicted{place}", caption, time[kept], panels, 2)
 

@@ -202,14 +202,15 @@ def verdict(compared: ErrorTable) -> str:
     for group in GROUPS:
         ratio = to_better_guess(compared, group)[0]
         low, high = (ratio.low, ratio.high) if ratio.bounded else (ratio.value, ratio.value)
-        better = "better" if ratio.value < HARDLY else "hardly better"
-        kinds.setdefault(better if high < 1.0 else "worse" if low > 1.0 else "not shown to be better", []).append(group)
-    (how, first), *rest = kinds.items()
-    but = f", but {listed([f'{listed(groups)} {other}' for other, groups in rest])}" if rest else ""
+        better = "better than both baselines" if ratio.value < HARDLY else "hardly better than the better one"
+        other = "worse than the better one" if low > 1.0 else "not demonstrably better than the better one"
+        kinds.setdefault(better if high < 1.0 else other, []).append(group)
+    first, *rest = [f"{listed(groups)} {how}" for how, groups in kinds.items()]
+    but = f", but {listed(rest)}" if rest else ""
     flights = len(compared.names)
     these = f"these {flights} flights" if flights > 1 else "this flight"
     where = "" if compared.ratio(AHEAD, "position").bounded else f"on {these}, "
-    return f"{where}the model predicts {listed(first)} {how} than the baselines{but}"
+    return f"{where}the model predicts {first.replace('better one', 'better baseline')}{but}"
 
 
 def off_by(compared: ErrorTable) -> str:
