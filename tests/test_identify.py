@@ -21,7 +21,7 @@ from quadstep.identify.prediction import Predictor, desired_thrust_axis
 from quadstep.identify.prediction_problem import PredictionBatch, as_states, solved
 from quadstep.identify.replay import predictions_of, read_starts, ready
 from quadstep.identify.residual import trained
-from quadstep.identify.run import Identification, evidence
+from quadstep.identify.run import Identification, evidence, followers
 from quadstep.identify.starts import differences, laid_out, starts_at
 from quadstep.identify.starts import logged as measured_at
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle, in_proportion
@@ -394,12 +394,13 @@ def test_the_report_says_what_was_found_and_what_is_left(tmp_path, flights, trut
     )
     two = {"rotor.rise_time": Fitted(0.04, 0.03, 0.05, "s", ""), "inertia[0]": Fitted(2e-5, 1.9e-5, 2.4e-5, "kg m^2", "")}
     run = Identification(vehicle, found._replace(fitted=two), [], None, None, None)
-    told = evidence(run, flights[:1], start(), "made")
-    pages.write_identification(tmp_path / "r.html", told, run, flights[:1], start())
+    left = followers(run, flights[:1], start())
+    told = evidence(run, flights[:1], start(), "made", left)
+    pages.write_identification(tmp_path / "r.html", told, run, flights[:1], start(), left)
     text = (tmp_path / "r.html").read_text().replace("\u00a0", " ")
     for words in (
-        "rotor rise time, <code>rotor.rise_time</code></td><td>0.040</td><td>s</td><td>0.030 to 0.050</td>",
-        "inertia about x, <code>inertia[0]</code></td><td>2.0 × 10⁻⁵</td><td>kg m²</td><td>m</td><td>−5.0 to +20 %</td>",
+        "rotor rise time [ms]</td><td>40</td><td>30 to 50</td><td>",
+        "inertia about x [kg m²]</td><td>2.0 × 10⁻⁵</td><td>−5.0 to +20 %</td><td>",
         "the reason",
         "No flight was held out",
         "made0",

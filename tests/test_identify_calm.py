@@ -274,7 +274,7 @@ def test_more_unexplained_angular_acceleration_than_was_measured_is_said_with_ax
 def test_numbers_of_the_starting_vehicle_outside_the_intervals_are_said_and_marked(flight_numbers):
     given = load_preset("crazyflie")
     found = {
-        "inertia[0]": Fitted(3.2e-5, 1.9e-5, 4.8e-5, "kg m^2", "made"),
+        "inertia[0]": Fitted(*np.array([3.2e-5, 1.9e-5, 4.8e-5]), "kg m^2", "made"),
         "inertia[1]": Fitted(1.7e-5, 1.6e-5, 1.8e-5, "kg m^2", "made"),
         "rotor.rise_time": Fitted(0.039, 0.03, 0.071, "s", "made"),
         "command.delay": Fitted(0.012, 0.006, 0.019, "s", "made"),

@@ -66,7 +66,7 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
         unit, factor = handy(one.unit, abs(one.value)) if one.unit in ("m", "s") else (prose(one.unit), 1.0)
         value, low, high, _ = interval_texts(factor * one.value, factor * one.low, factor * one.high, "-")
         before = number_of(given, key, math.nan)
-        theirs = number(factor * before) + ", outside" * (before < one.low or before > one.high)
+        theirs = number(factor * before) + ", outside" * bool(before < one.low or before > one.high)
         over = GROWS.get(key, "")
         name, span = in_words(key) + f" [{unit}]" * bool(unit), fraction(one) if over else f"{low} to {high}"
         rows[bool(over)].append((name, value, span, theirs, grade(key, one) or "–", over))
