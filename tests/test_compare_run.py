@@ -462,7 +462,7 @@ def test_the_best_of_laws_that_do_not_follow_their_path_is_not_praised(tmp_path)
     report = (out / "report.html").read_text(encoding="utf-8")
     answer = html.unescape(re.search(r'<p class="answer">(.*?)</p>', report)[1])
     assert answer.startswith("No mission flies as asked: ")
-    assert "\N{NO-BREAK SPACE}m, but not as asked: large error" in answer
+    assert "\N{NO-BREAK SPACE}m, though no mission flies as asked: large error" in answer
     assert re.search(r"In \w+'s median flight, its error is large: ", html.unescape(report))
     assert answer[1:-1].replace("\N{NO-BREAK SPACE}", " ") in result.out
     assert "large error" in (out / "table.tex").read_text(encoding="utf-8")
