@@ -379,7 +379,7 @@ def test_one_key_has_no_interactions_that_the_rest_could_be_due_to(tmp_path):
     assert "interactions" not in text
     two = {"failure": Estimate(0.19, 0.0, 0.39)}
     text = str(key_text.ranking(campaign(tmp_path, MASS), {"vehicle.mass": two}, {"failure": ("", None)}))
-    assert "cannot tell whether vehicle mass matters for failure: its share of the variance is 19.0 [0, 39.0] %." in text
+    assert "of failure is due to vehicle mass is not known to be above zero: 19.0 [0, 39.0] %. A small share can" in text
     assert "other keys" not in key_text.keys(1, 12).text
 
 

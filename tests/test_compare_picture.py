@@ -74,7 +74,9 @@ def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades,
     second = situation._replace(path="circle")
     everywhere = (*found.results, *(one._replace(situation=second) for one in found.results))
     twice = found._replace(ranked={situation: ranked, second: ranked}, results=everywhere)
-    assert lead(twice).startswith(f"law 0 has the best mean rank. {words}; rotor activity 0 N/s. 2 controllers")
+    assert lead(twice).startswith(
+        f"law 0 has the best mean rank. {words}. In flight its rotor activity is 0 N/s on average. 2 controllers"
+    )
     lost = [one._replace(lost=Estimate(0.044, 0.01, 0.1)) for one in found.results]
     lossy = twice._replace(results=(*lost, *everywhere[len(lost) :]))
     assert lead(lossy).startswith(

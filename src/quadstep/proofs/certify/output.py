@@ -148,7 +148,7 @@ def tables(c: FlightCertificate) -> tuple[list[list[markup.Cell]], list[list[str
         ["smallest K_r2 - J_M max(Lambda2), as corrected", brief(k.k_2, "N m s"), brief(corrected, "N m s"), "> 0",
          mark(k.k_2, corrected)],
         ["largest thrust that the coupling condition allows", brief(k.thrust_bound, "N"), brief(k.thrust_bound_anywhere, "N"),
-         f"> {k.thrust:.4g} N, the largest flown",
+         f"> {k.thrust:.4g} N, the largest flown{until}",
          mark((k.thrust_bound or 0.0) - k.thrust, (k.thrust_bound_anywhere or 0.0) - k.thrust)],
         ["J_M, largest eigenvalue of J", brief(k.j_visited, "kg m^2"), brief(k.j_anywhere, "kg m^2"), "", ""],
         ["K_min, smallest eigenvalue of K_v", brief(k.k_min, "N s/m" if k.k_1 < k.k_2 else "N m s"), "", "> 0", mark(k.k_min)],
@@ -163,10 +163,10 @@ def tables(c: FlightCertificate) -> tuple[list[list[markup.Cell]], list[list[str
            f"b_r = {brief(c.b_r)}"]]
           if c.entered else []),
         ["largest |W_tilde| [N, N m]", brief(flight["largest_W_tilde"]), f"b_w = {brief(c.b_w)}"],
-        ["samples outside b_r", f"{rate['samples_outside_b_r']} of {len(c.r)}", ""],
+        [f"samples outside b_r{until}", f"{rate['samples_outside_b_r']} of {len(c.r)}", ""],
         *([["L_dot < 0 on these", f"{100.0 * fell:.4g} %", "100 %"]] if fell is not None else []),
         *([f"L, {when}", joules(rate[key], rate["largest[J]"]), ""]
-          for when, key in (("at first", "first[J]"), ("largest", "largest[J]"), ("at the end", "last[J]"))),
+          for when, key in (("at first", "first[J]"), (f"largest{until}", "largest[J]"), (f"last{until}", "last[J]"))),
     ]  # fmt: skip
     checks = [
         ["K_min, as printed", brief(k.k_min_printed)],

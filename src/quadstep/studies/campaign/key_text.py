@@ -43,8 +43,8 @@ def ranking(
             line = f"It is not decided which key matters most for {name}: the largest estimate is that of {words(key)}, "
             line += f"{percent(shares[key])} % of the variance, and the interval of another key overlaps it."
         elif not rest and shares[key].high > 0.0:
-            line = f"These flights cannot tell whether {words(key)} matters for {name}: "
-            line += f"its share of the variance is {percent(shares[key])} %."
+            line = f"How much of the variance of {name} is due to {words(key)} is not known to be above zero: "
+            line += f"{percent(shares[key])} %. A small share can still be a clear trend: see the figures."
         else:
             line = f"No single key explains a share of {name} that differs significantly from zero."
         if clear and not rest:

@@ -182,8 +182,8 @@ def with_grade(results: Comparison, controller: str) -> list[str]:
     text = f"{f'on {where} ' if where else ''}{at_rest({'grade': worst.grade, 'why': worst.why}, whose)}"
     effort = [one.effort.activity for one in results.results if one.controller == controller]
     known = [one for one in effort if math.isfinite(one)]
-    text += f"; rotor activity {sum(known) / len(known):.3g} N/s" if known else ""
-    return [f"{text[:1].upper()}{text[1:]}."]
+    flown = f" In flight its rotor activity is {sum(known) / len(known):.3g} N/s on average." if known else ""
+    return [f"{text[:1].upper()}{text[1:]}.{flown}"]
 
 
 def prices(results: Comparison) -> list[str]:
