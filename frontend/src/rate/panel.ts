@@ -150,9 +150,9 @@ function sentence(tally: Tally, rate: Rate, from: string): Node[] {
   const { failures, flown } = tally;
   const { value, low, high } = exactShare(failures, flown);
   const percent = (share: number): string => `${number(100 * share, 3)}\u00a0%`;
-  const bounds = Object.entries(rate.failure).map(([name, most]) => `${name === "largest_error" ? "largest error" : "position RMSE"}${from} at most ${quantity(most, "m")}`);
+  const bounds = Object.entries(rate.failure).map(([name, most]) => `${name === "largest_error" ? "largest error" : "position RMSE"}${from} exceeds ${quantity(most, "m")}`);
   const strong = h("b", {}, `${failures} of ${flown} flights fail: ${percent(value)}`);
-  return [strong, document.createTextNode(` (95 % interval ${percent(low)} to ${percent(high)})${bounds.length ? `; ${bounds.join(", ")}` : ""}.`)];
+  return [strong, document.createTextNode(` (95 % interval ${percent(low)} to ${percent(high)}). A flight fails if it is lost${bounds.map((bound) => `, or if its ${bound}`).join("")}.`)];
 }
 
 /** What the same flights do with the values of the file, once all of both are flown. */

@@ -41,7 +41,7 @@ NOTES = {
     "case2": "Only x moves; y, z and roll should stay unaffected.",
     "case2-y": "Only y moves.",
     "case2-z": "Only z moves.",
-    "case3-adaptive": "Up by 10 m, starting half a metre off and tilted. Fly nested saturations as a ghost to compare.",
+    "case3-adaptive": "Up by 10 m, starting half a metre off in x and in y, and tilted. Fly nested saturations as a ghost.",
     "case3-nested": "The same flight with the controller of reference [11].",
     "case1-without-nets": "Case 1 with both nets off: 20 times the error, still 72 micrometres.",
     "case3-without-nets": "Case 3 with both nets off: the torque peak is still there.",
