@@ -166,7 +166,7 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     lost, caption = name == "theorem_fails", seen(found)
     assert f"|r| never left b_r: {found.r.max():.4g} <= {found.b_r:.4g}." in caption
     assert caption.startswith(f"Left: up to {found.until:.3g} s, |r| never left") == lost
-    assert ("What follows, not judged, is grey." in caption) == lost
+    assert ("What follows, not judged, is faint." in caption) == lost
     (begins,) = re.findall(r"Right begins at (\S+) s, where", caption) or ["0"]
     assert (4.0 <= float(begins) < found.until) == lost
     assert caption.endswith(f"Too small to be drawn: {'weights' if lost else 'weights and coupling'}.")

@@ -15,7 +15,7 @@ from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.controller import Command, RotorSpeeds, RotorThrusts
 from quadstep.interfaces.log import Metric, added, started
 from quadstep.io.errors import UserError
-from quadstep.io.user_code import blamed, defined_at
+from quadstep.io.user_code import blamed
 from quadstep.numbers import Structure, Table, Vector, flatten, leaf_names, rebuild, vector
 from quadstep.program.python_code import PythonCode, entered
 
@@ -156,14 +156,13 @@ def check_first(answer: object, what: str) -> None:
             raise NotFiniteError(f"{what}: {name} is {leaf:g} at t = 0 s; it should be finite")
 
 
-def check_wind(loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
-    """Refuses a wind of the user's own that is not finite at once. Raises NotFiniteError."""
-    if where := defined_at(getattr(type(loop.air), "wind", None)):
-        cycle = loop.start(start, parameters)
-        wind = [*always(loop.wind)(cycle, parameters, 0.0, cycle.state)]
-        if not all(map(math.isfinite, wind)):
-            given = ", ".join(f"{axis:g}" for axis in wind)
-            raise NotFiniteError(f"wind: {type(loop.air).__name__}: is ({given}) m/s at t = 0 s; it should be finite{where}")
+def check_wind(loop: Loop, parameters: Numbers, start: tuple[Structure, ...], where: str) -> None:
+    """Refuses a wind of the user's own, defined there, that is not finite at once. Raises NotFiniteError."""
+    cycle = loop.start(start, parameters)
+    wind = [*always(loop.wind)(cycle, parameters, 0.0, cycle.state)]
+    if not all(map(math.isfinite, wind)):
+        given = ", ".join(f"{axis:g}" for axis in wind)
+        raise NotFiniteError(f"wind: {type(loop.air).__name__}: is ({given}) m/s at t = 0 s; it should be finite{where}")
 
 
 def type_name(answer: object) -> str:

@@ -300,8 +300,8 @@ class Mission(Section, metaclass=MissionMeta):
                     check_plant(loop, parameters, start)
             if self.metrics and (users := [one for one in self.own_metrics if one.name not in EFFORTS]):
                 try_metrics(users, self.plant.columns)
-            if not drawn:
-                check_wind(loop, parameters, start)
+            if not drawn and (where := defined_at(getattr(type(loop.air), "wind", None))):
+                check_wind(loop, parameters, start, where)
             if self.controller.own:
                 try_controller(self.controller.type, loop, parameters, start, ticks, drawn)
         loop = replace(loop, controller=built.fitted(controller.law, periods))

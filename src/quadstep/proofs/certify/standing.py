@@ -101,7 +101,7 @@ def answer(c: FlightCertificate) -> str:
     if c.undefined:
         beyond = f", beyond b_r = {c.b_r:.4g}" if c.b_r and c.later.max() > c.b_r else ""
         said.append(f"The judgement stops at {c.until:.3g} s: the law then commands {c.undefined}{NO_RATES}.")
-        said.append(f"In the rest of the flight, grey in the figure, |r| reached {c.later.max():.4g}{beyond}.")
+        said.append(f"In the rest of the flight, faint in the figure, |r| reached {c.later.max():.4g}{beyond}.")
     return " ".join(filter(None, said))
 
 
@@ -184,7 +184,7 @@ def raised_by(c: FlightCertificate) -> str:
 def seen(c: FlightCertificate) -> str:
     """What the figure shows of this flight, in sentences."""
     every, shown = parts(c), visible(c)
-    left, rest = ("", "") if not len(c.later) else (f"up to {c.until:.3g} s, ", " What follows, not judged, is grey.")
+    left, rest = ("", "") if not len(c.later) else (f"up to {c.until:.3g} s, ", " What follows, not judged, is faint.")
     begins = c.history.t[seen_from([*shown.values()])]
     late = "" if c.outcome is Outcome.COMPLETED or not begins else f" begins at {begins:.2g} s, where areas can first be seen"
     faint = [name for name in every if name not in shown]
