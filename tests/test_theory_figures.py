@@ -80,7 +80,7 @@ def test_hover_is_stable_from_where_the_page_says(slope, stable):
 
 def test_small_figures():
     low, high = np.linalg.eigvalsh([[1.8, 0.2], [0.2, 0.04]])
-    said(f"[[1.8, 0.2], [0.2, 0.04]], whose eigenvalues are {low:.4f} and {high:.2f}")
+    said(rf"\begin{{bmatrix}} 1.8 & 0.2 \\ 0.2 & 0.04 \end{{bmatrix}}$, whose eigenvalues are {low:.4f} and {high:.2f}")
     said(f"{10**0.5 / 0.01:.0f} for N = 10, $\\kappa$ = 0.01")
     said(rf"$|r| \le 1 / (F \kappa T)$ = {1.0 / (5.0 * 0.01 * 0.002):,.0f}")
     for w in (100.0, 200.0):
