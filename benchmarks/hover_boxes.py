@@ -12,9 +12,9 @@ from quadstep.control.registry import names
 from quadstep.interfaces.controller import Measured
 from quadstep.io.errors import UserError
 from quadstep.proofs.prove.hold import Departure, described, invariant_set
-from quadstep.proofs.prove.report import rounded_down, up
 from quadstep.proofs.prove.sampled import SampledLoop
 from quadstep.proofs.prove.unknown import Unknown
+from quadstep.report.units import rounded_down, rounded_up
 
 PLACE = [0.0, 0.0, 5.0]
 
@@ -46,7 +46,7 @@ def row(law: str) -> str:
     if isinstance(found, Departure):
         box = f"{1e3 * rounded_down(float(max(found.reach[:3])), 3):.3g} mm"
         return f"| `{law}` | disproved | flights leave a box of {box} within {found.seconds:.3g} s | {spent} |"
-    reach = ", ".join(f"{up(1e3 * one, 3):.3g}" for one in found.reach[:3])
+    reach = ", ".join(f"{rounded_up(1e3 * one, 3):.3g}" for one in found.reach[:3])
     rest = ", ".join(f"{name} {value}" for name, value in described(loop, found.reach))
     start = "" if found.own else " (all else as at rest)"
     return f"| `{law}` | {rounded_down(1e3 * found.found.start, 3):.3g} mm{start} | {reach} mm; {rest} | {spent} |"

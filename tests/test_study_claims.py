@@ -6,8 +6,9 @@ import re
 
 import pytest
 
+from quadstep.report.units import rounded_up
 from quadstep.studies.paper.cases import NETS_OFF
-from quadstep.studies.paper.claims import ClaimVerdict, above, check_claims
+from quadstep.studies.paper.claims import ClaimVerdict, check_claims
 from tests import golden
 
 
@@ -192,8 +193,8 @@ def test_no_claim_holds_from_whose_flights_the_papers_controller_is_lost_and_the
 @pytest.mark.parametrize("value", [1.0120775e-9, 2.0877e-8, 9.84637, 0.2418, 1.0, 0.0999])
 def test_at_most_is_true_of_the_number_that_is_printed(value):
     for digits in (2, 3):
-        assert value <= above(value, digits) <= value * (1.0 + 10.0 ** (1 - digits)) * (1.0 + 1e-12)
-        assert float(f"{above(value, digits):.{digits - 1}e}") >= value
+        assert value <= rounded_up(value, digits) <= value * (1.0 + 10.0 ** (1 - digits)) * (1.0 + 1e-12)
+        assert float(f"{rounded_up(value, digits):.{digits - 1}e}") >= value
 
 
 def test_an_attitude_that_never_settles_loses_to_one_that_does(doctored):

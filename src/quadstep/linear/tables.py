@@ -113,14 +113,14 @@ def sentences(analysis: Analysis, but: str = "") -> list[str]:
     if not analysis.stable:
         return [answer, *later]
     moving = [pole for pole in analysis.poles if pole.frequency]
-    slowest = f"{{}}he slowest mode has a time constant of {number(moving[0].time_constant, '.3g')} s." if moving else ""
+    mode = f"slowest mode has a time constant of {number(moving[0].time_constant, '.3g')} s." if moving else ""
+    slowest = f"The {mode}" if mode else ""
     kept = len(Modes(analysis.loop).staying)
     still = dict.fromkeys(name for pole in analysis.poles if not pole.frequency for name in pole.states)
     if kept:
         one = "combination of states keeps its value" if kept == 1 else "independent combinations of states keep their values"
         felt = "" if analysis.not_held else f", without effect on {listed(period.pose.names)}"
-        slowest = f"{kept} {one}{felt}; involved: {analysis.in_words(still)}. {slowest.format('Of the others, t')}".strip()
-    slowest = slowest.format("T")
+        slowest = f"{kept} {one}{felt}; involved: {analysis.in_words(still)}.{f' Of the others, the {mode}' if mode else ''}"
     sampled = (
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )

@@ -177,6 +177,17 @@ def number(value: float, digits: int = DIGITS, places: int | None = None) -> str
     return f"{value:,.{places}f}".replace("-", "−")
 
 
+def rounded_down(value: float, digits: int) -> float:
+    """To so many digits, never more than it is, so that "at least" is true of it."""
+    scale = 10.0 ** (digits - 1 - math.floor(math.log10(abs(value)))) if value else 1.0
+    return math.floor(value * scale) / scale
+
+
+def rounded_up(value: float, digits: int) -> float:
+    """The same, never less than it is, so that "at most" is true of it."""
+    return -rounded_down(-value, digits)
+
+
 def quantity(value: float, unit: str = "-", digits: int = DIGITS) -> str:
     """A number with a unit that suits it: 0.00477 m is 4.77 mm.
 

@@ -198,8 +198,9 @@ def seen(c: FlightCertificate) -> str:
 
 def visible(c: FlightCertificate) -> dict[str, Array]:
     """The `parts` that are large enough to be drawn."""
-    size = {name: np.abs(values).max() for name, values in parts(c).items()}
-    return {name: values for name, values in parts(c).items() if size[name] > FAINT * max(size.values())}
+    every = parts(c)
+    size = {name: np.abs(values).max() for name, values in every.items()}
+    return {name: values for name, values in every.items() if size[name] > FAINT * max(size.values())}
 
 
 def checked(c: FlightCertificate) -> str:

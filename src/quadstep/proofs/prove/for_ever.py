@@ -10,10 +10,11 @@ from quadstep.proofs.prove.certificate_file import SetCertificate, folder_from, 
 from quadstep.proofs.prove.check_set import check_set
 from quadstep.proofs.prove.hold import Departure, Hold, described, number_extents
 from quadstep.proofs.prove.proof_pictures import of_departure, of_set
-from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, millimetres, off, rounded_down, under, up, within
+from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, millimetres, off, under, within
 from quadstep.proofs.prove.rest import LONGEST
 from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.unknown import Unknown
+from quadstep.report.units import rounded_down, rounded_up
 
 COLUMNS = ("", "begins within", "stays within")
 
@@ -54,13 +55,13 @@ def left_hover(name: str, loop: SampledLoop, unknown: Unknown, leaves: Departure
         for axis, one, far in zip(axes, leaves.begun, leaves.reach, strict=False)
     ]
     for part, (far, unit) in box.items():
-        begun = listed(begins[part][0], up, NOTHING)
+        begun = listed(begins[part][0], rounded_up, NOTHING)
         said = [f"{one} {unit}".replace(" °", "°") for one in (begun, listed(far, rounded_down, 0.0))]
         rows.append([quantity(part), *said])
     others = f", {under(Unknown(*unknown[:4]))}" if any(unknown[:4]) else ""
     says = [
         f"disproved: hover is unstable{others}. A flight that is off its rest as the first column says, along the mode that "
-        f"grows fastest, leaves the box of the second column within {up(leaves.seconds, 3):g} s.",
+        f"grows fastest, leaves the box of the second column within {rounded_up(leaves.seconds, 3):g} s.",
         f"This holds for the law as flown, with rounding, at whichever sample from {loop.period:g} s on it is in that "
         "state; the law's memory is off its rest too. It leaves the box as soon as one number is farther off than the second "
         "column says, or one of the law's memory is beyond a bound of its own.",

@@ -29,10 +29,10 @@ from quadstep.numbers.affine import HALF_UNIT, UP
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.invariant import Growth, InvariantSet, SetArithmetic, largest
 from quadstep.proofs.prove.linear_maps import ROUNDING, Eigenbasis, modes
-from quadstep.proofs.prove.report import up
 from quadstep.proofs.prove.rest import RestingLoop, rest
 from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.unknown import Unknown
+from quadstep.report.units import rounded_up
 
 LARGEST, SMALLEST, STEP = 100.0, 1e-9, 10.0**-0.5
 """Sizes of the sets that are tried: the largest entry of each mode."""
@@ -233,7 +233,7 @@ def described(loop: SampledLoop, reach: Array) -> list[tuple[str, str]]:
         turn = 4.0 * np.arcsin(min(0.5 * size, 1.0)) if len(groups["attitude"]) == 4 else max(groups["attitude"])
         found.append(("attitude", float(np.degrees(turn)), "°"))
     found += [(quantity(name), max(groups[name]) * size, unit) for name, (size, unit) in UNITS.items() if name in groups]
-    return [(name, f"{up(value, 3) if value else 0.0:.3g} {unit}".replace(" °", "°")) for name, value, unit in found]
+    return [(name, f"{rounded_up(value, 3) if value else 0.0:.3g} {unit}".replace(" °", "°")) for name, value, unit in found]
 
 
 def vehicle_numbers(loop: SampledLoop, reach: Array) -> dict[str, list[float]]:

@@ -46,20 +46,7 @@ class ProofVerdict(NamedTuple):
 
 
 def millimetres(metres: float) -> str:
-    return f"{up(1e3 * metres, 4):.4g}" if metres > 0.0 else "0"
-
-
-def rounded_down(x: float, digits: int = 6) -> float:
-    """Rounded down to this many digits."""
-    if x == 0.0:
-        return 0.0
-    unit = 10.0 ** (math.floor(math.log10(abs(x))) - digits + 1)
-    return math.floor(x / unit) * unit
-
-
-def up(x: float, digits: int = 6) -> float:
-    """Rounded up to this many digits."""
-    return -rounded_down(-x, digits)
+    return f"{units.rounded_up(1e3 * metres, 4):.4g}" if metres > 0.0 else "0"
 
 
 def within(axes: Sequence[str], bounds: Sequence[float]) -> str:

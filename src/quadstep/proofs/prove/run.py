@@ -27,7 +27,7 @@ from quadstep.proofs.prove.hold import Departure, invariant_set
 from quadstep.proofs.prove.hover import Hover, Instability, hover, instability
 from quadstep.proofs.prove.linear_maps import Coordinates, block, coordinates
 from quadstep.proofs.prove.proof_pictures import of_flight, of_tube
-from quadstep.proofs.prove.report import UNTIL, ProofVerdict, VerdictKind, millimetres, rounded_down, under, up, within
+from quadstep.proofs.prove.report import UNTIL, ProofVerdict, VerdictKind, millimetres, under, within
 from quadstep.proofs.prove.rest import path_rests
 from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.tube import SAMPLES, OpenTube, beginning, tube
@@ -35,7 +35,7 @@ from quadstep.proofs.prove.unknown import Unknown, check_unknown
 from quadstep.report.bars import bar
 from quadstep.report.markup import Fact
 from quadstep.report.progress import Count
-from quadstep.report.units import in_one_unit
+from quadstep.report.units import in_one_unit, rounded_down, rounded_up
 from quadstep.vehicle.lagrange import Parameters
 from quadstep.vehicle.paper import Disturbance
 
@@ -99,7 +99,7 @@ def prove_mission(
     off, bound = np.abs(apart), result.position * 1.001
     drawn = of_tube(loop, apart[: len(bound)], bound)
     if isinstance(result, OpenTube):
-        return still_open(mission.name, plan, loop, unknown, result, off, why)._replace(pictures=drawn)
+        return still_open(mission.name, plan, loop, unknown, result, off, bound, why)._replace(pictures=drawn)
     position = bound.max(axis=0)
     if out is not None:
         names = tuple(loop.names)
@@ -174,12 +174,12 @@ def not_for_ever(why: str) -> list[str]:
 
 
 def still_open(
-    name: str, plan: FlightPlan, loop: SampledLoop, unknown: Unknown, result: OpenTube, off: Array, why: str
+    name: str, plan: FlightPlan, loop: SampledLoop, unknown: Unknown, result: OpenTube, off: Array, bound: Array, why: str
 ) -> ProofVerdict:
-    """The verdict on a tube that did not close: what was closed, and what was not."""
-    closed = len(result.position)
-    position, seconds = result.position.max(axis=0), (closed - 1) * loop.period
-    away = (off[:closed] + result.position).max(axis=0)
+    """The verdict on a tube that did not close: what was closed, and what was not. off, bound: as the picture has them [m]."""
+    closed = len(bound)
+    position, seconds = bound.max(axis=0), (closed - 1) * loop.period
+    away = (off[:closed] + bound).max(axis=0)
     rows = [
         [axis, *(f"{millimetres(one)} mm{UNTIL}{seconds:g} s" for one in bounds)]
         for axis, *bounds in zip(plan.loop.plant.axes, position, away, strict=True)
@@ -200,7 +200,7 @@ def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> Pro
         f"disproved: hover at the path's end ({place}) m is unstable: starts arbitrarily near to it are driven away, the "
         f"fastest error doubling every {doubling}. It is an exact equilibrium of the sampled loop, and {growth.unstable} of "
         f"the {growth.states} eigenvalues of its Jacobian lie outside the unit circle, the law taken in exact arithmetic. The "
-        f"fastest error grows at {rounded_down(growth.slowest):g} to {up(growth.fastest):g} 1/s.",
+        f"fastest error grows at {rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s.",
         *consequence(plan),
         flight_says(log),
     ]

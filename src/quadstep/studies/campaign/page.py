@@ -16,8 +16,6 @@ from quadstep.engines.sweep import number_names, sweep_module
 from quadstep.engines.sweep_trace import OUTCOME
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
-from quadstep.metrics.quantities import LoggedFlight, position_error
-from quadstep.metrics.reductions import LargestLength
 from quadstep.metrics.verdict import Rule
 from quadstep.mission.distributions import Normal
 from quadstep.mission.fields import label, unit, words
@@ -60,11 +58,8 @@ def shown_campaign(campaign: Campaign, source: str, engine: Engine = Engine.LANE
 
 def judged(shown: ShownFlight, campaign: Campaign) -> ShownFlight:
     """The same on a page that knows above which limits it fails, as `flyer.judged` does."""
-    since = float(getattr(shown.mission, "scored_from", 0.0))
-    errors = position_error(LoggedFlight(shown.log, since))
-    largest = {LARGEST: LargestLength.of(errors.values, errors.t)[0]} if errors and len(errors.t) else {}
     limits = tuple(limit(campaign.thresholds[name], most) for name, most in campaign.file.failure.items())
-    return shown._replace(limits=limits, metrics={**largest, **shown.metrics})
+    return shown._replace(limits=limits)
 
 
 def limit(metric: str, most: float) -> Rule:

@@ -1,7 +1,6 @@
 """What all failed flights of a kind have in common, where that is not chance: a value of a key, or that it lies beyond one."""
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,12 +42,6 @@ def shared(key: str, one: VariedKey, chosen: NDArray[np.bool_], unit: str) -> li
         how = {"true": "on", "false": "off"}.get(text, f"= {text}")
         return [(one.values == values[0], f"{words(key)} {how}")]
     what = f"{'an' if words(key)[0] in 'aeio' else 'a'} {words(key)} of"
-    low, high = rounded(float(values.min()), math.floor), rounded(float(values.max()), math.ceil)
+    low, high = units.rounded_down(float(values.min()), DIGITS), units.rounded_up(float(values.max()), DIGITS)
     return [(where, f"{what} {how} {units.number(end)}{units.unit_suffix(unit or '-')}") for where, how, end in (
         (one.values >= low, "at least", low), (one.values <= high, "at most", high))]  # fmt: skip
-
-
-def rounded(value: float, way: Callable[[float], float]) -> float:
-    """To `DIGITS`, down or up."""
-    step = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - DIGITS) if value else 1.0
-    return way(value / step) * step

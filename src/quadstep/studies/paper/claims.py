@@ -1,12 +1,12 @@
 """The claims of Section 6 of the paper, what was measured, and the verdict."""
 
 from collections.abc import Sequence
-from math import ceil, floor, log10
 
 import numpy as np
 
 from quadstep.metrics.registry import Metrics, group, metric
 from quadstep.report import units
+from quadstep.report.units import rounded_up
 from quadstep.studies.paper.cases import (
     NEURONS,
     SEEDS,
@@ -21,12 +21,6 @@ from quadstep.studies.paper.cases import (
     judge_all,
 )
 from quadstep.studies.paper.claims_comparison import altitude, settling, sideways, smoothness, transient_cause, transients
-
-
-def above(value: float, digits: int = 2) -> float:
-    """Rounded up, so that "at most" is true of it."""
-    scale = 10.0 ** (digits - 1 - floor(log10(value))) if value else 1.0
-    return ceil(value * scale) / scale
 
 
 def rest_at_the_end() -> Claim:
@@ -88,7 +82,7 @@ def compensation(study: PaperStudy) -> Claim:
         "nonlinearities compensated by the nets",
         "Case 1, and in 3 to 20 s",
         "This is in spite of the unknown nonlinearities, which are effectively compensated by the neural networks.",
-        f"Case 1 is no test of the nets: its disturbance is at most {above(disturbance):g} N, and the RMSE is "
+        f"Case 1 is no test of the nets: its disturbance is at most {rounded_up(disturbance, 2):g} N, and the RMSE is "
         f"{1e6 * without:.0f} µm with nets off and {1e6 * with_nets:.1f} µm with nets on. In faster flights at scale 1 that "
         f"complete either way, nets cut the RMSE by a factor of {min(ratios.values()):.0f} to "
         f"{max(ratios.values()):.0f}{''.join(hurt)}.",
@@ -115,8 +109,8 @@ def realisable(study: PaperStudy) -> Claim:
         "inputs realisable",
         "Case 1",
         "Figure 6 describes the control input requirement which is very much realizable.",
-        f"The thrust is at most {above(thrust, 3):g} N (weight 9.81 N), torques {above(torque, 3):g} N m; rotors give "
-        f"{least:.2f} to {metric(m, 'rotors', 'largest[N]'):.2f} N: {sign} (in Case 3: {low:.0f} to {high:.0f} N). "
+        f"The thrust is at most {rounded_up(thrust, 3):g} N (weight 9.81 N), torques {rounded_up(torque, 3):g} N m; rotors "
+        f"give {least:.2f} to {metric(m, 'rotors', 'largest[N]'):.2f} N: {sign} (in Case 3: {low:.0f} to {high:.0f} N). "
         "The bound on the thrust, twice the weight, and the rotors' l = 0.25 m and c = 0.05 m are our choice.",
         judge(least >= 0.0 and thrust < 2.0 * 9.81),
         {"largest_thrust[N]": thrust, "largest_torque[N m]": torque, "rotors[N]": m["rotors"]},
@@ -132,9 +126,9 @@ def no_yaw_torque(study: PaperStudy) -> Claim:
         "tau_psi = 0",
         "Case 1",
         "The control requirement for yaw angle is tau_psi = 0 and it is seen from Fig. 6.",
-        f"|tau_psi| never exceeds {above(yaw):.1e} N m: {100 * yaw / pitch:.2f} % of the peak |tau_theta| of the whole flight "
-        f"(the bound, 1 %, is our choice), but {100 * later[0] / later[1]:.0f} % of its peak after the first second. It is "
-        "not exactly zero, because Eq. 67's third row and the torque net act on yaw.",
+        f"|tau_psi| never exceeds {rounded_up(yaw, 2):.1e} N m: {100 * yaw / pitch:.2f} % of the peak |tau_theta| of the "
+        f"whole flight (the bound, 1 %, is our choice), but {100 * later[0] / later[1]:.0f} % of its peak after the first "
+        "second. It is not exactly zero, because Eq. 67's third row and the torque net act on yaw.",
         judge(yaw < 0.01 * pitch),
         {"largest_tau_psi[N m]": yaw, "largest_tau_theta[N m]": pitch, "share_after_1_s": float(later[0] / later[1])},
     )
@@ -149,7 +143,7 @@ def silent(metrics: Metrics, axes: str, torque: str, angle: str) -> dict[str, fl
 
 def unmoved(*flights: dict[str, float]) -> str:
     """That other axes hardly move, in a sentence."""
-    most = above(max(value for values in flights for value in values.values()))
+    most = rounded_up(max(value for values in flights for value in values.values()), 2)
     return f"Everything that should stay at zero stays below {most:.1e} (m, N m, rad); the bound, 1e-6, is our choice."
 
 
