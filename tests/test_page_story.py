@@ -1,14 +1,12 @@
 """Guided walks: read from Markdown, checked against the page's content, refused in one line."""
 
-import math
-
 import numpy as np
 import pytest
 
 from quadstep.engines.fly import fly
-from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io.errors import UserError
 from quadstep.metrics.quantities import position_errors
+from quadstep.metrics.verdict import FlightGrade, graded
 from quadstep.mission.read import read_mission
 from quadstep.page import build
 from quadstep.page.build import Walk, fly_missions, page_data
@@ -183,18 +181,20 @@ def test_what_a_step_says_of_nets_is_what_flies():
     assert step.guess.answer == f"about {1e3 * without:.0f} mm"
 
 
-def test_the_lowest_gain_that_arrives_is_within_what_its_step_wants():
+def test_the_lowest_gain_that_flies_as_asked_is_within_what_its_step_wants():
     step = step_on("case1", "K_r2")
     low, high = step.success["tilt"]
     assert step.set == {"t_f": 6.0}
 
-    def tilt(gain):
+    def flown(gain):
         controller = {"type": "backstepping", "K_r2": gain}
-        log, metrics = measured(case_1(duration=6.0, simulation={"duration": 6.0}, controller=controller))
-        return metrics["largest_tilt[rad]"] if log.outcome is Outcome.COMPLETED else math.inf
+        _, metrics = measured(case_1(duration=6.0, simulation={"duration": 6.0}, controller=controller))
+        return graded(metrics).grade, metrics["largest_tilt[rad]"]
 
-    assert tilt(83.0) == math.inf and low < tilt(84.0) < high
-    assert low < tilt(86.0) < high and tilt(87.0) < low < math.radians(75.1)
+    assert step.as_asked and flown(83.0)[0] is FlightGrade.LOST
+    assert flown(84.0)[0] is flown(94.0)[0] is FlightGrade.FLEW_BUT  # which are not done, whatever their tilt
+    (lowest, tilt), (higher, less) = flown(95.0), flown(97.0)
+    assert lowest is higher is FlightGrade.AS_ASKED and less < low < tilt < high
 
 
 def test_what_a_step_says_of_wind_is_what_flies():

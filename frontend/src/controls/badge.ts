@@ -11,7 +11,7 @@ export function badge(host: HTMLElement, shown: Shown): void {
   const { flight, conditions, ghost, live, graded, whole } = shown;
   const theorems = counts(conditions);
   const mark = markOf(shown);
-  const covers = !theorems.length ? "" : shown.data.summary.limit !== null ? LIMITED : mark.kind.startsWith("bad") ? promise(shown) : "";
+  const covers = !theorems.length ? "" : shown.data.summary.limit !== null ? LIMITED : mark.kind.startsWith("bad") ? promise(shown) : mark.kind === "fair" && conditions.every(({ holds }) => holds) ? CALM : "";
 
   const summary = h(
     "summary",
@@ -52,6 +52,8 @@ export function badge(host: HTMLElement, shown: Shown): void {
 
 const LIMITED = "These conditions assume unlimited rotors, so they guarantee nothing for this vehicle.";
 
+const CALM = "No contradiction: the conditions say neither how accurate nor how calm a flight is.";
+
 /** Why a lost flight does not contradict the conditions that hold: what they promise (docs/theory.md, Theorem A, for the greatest thrust). */
 function promise({ conditions, measures: { thrust } }: Shown): string {
   const broken = conditions.filter(({ holds }) => !holds);
@@ -87,8 +89,8 @@ function counts(conditions: readonly Judged[]): HTMLElement[] {
   return sources.map((source, i) => {
     const own = conditions.filter(({ condition }) => condition.source === source);
     const holding = own.filter(({ holds }) => holds).length;
-    const text = `${source}: ${holding} of ${own.length}${i ? "" : ` gain conditions ${own.length === 1 ? "holds" : "hold"}`}`;
-    return h("span", { class: holding < own.length ? "bad" : "good" }, text);
+    const tail = i ? null : h("span", { class: "tail" }, ` gain conditions ${own.length === 1 ? "holds" : "hold"}`); // not on a telephone
+    return h("span", { class: holding < own.length ? "bad" : "good" }, `${source}: ${holding} of ${own.length}`, tail);
   });
 }
 

@@ -41,6 +41,11 @@ export function succeeded({ success, asAsked }: StepData, { flight, whole, measu
   return (asAsked ? graded.grade === "as asked" : flight.held) && whole === undefined && goals(success).every(([name, [low, high]]) => measures[name]! >= low && measures[name]! <= high);
 }
 
+/** What is still wrong with a flight that is what its step wants, as the badge says it; empty: nothing. */
+export function yet({ graded }: Shown): string {
+  return [...graded.above, ...graded.labels].join(", ");
+}
+
 function goals(success: StepData["success"]): ["rmse" | "largest" | "tilt", readonly [number, number]][] {
   return Object.entries(success) as ["rmse" | "largest" | "tilt", readonly [number, number]][];
 }

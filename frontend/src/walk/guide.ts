@@ -10,7 +10,7 @@ import type { Session, Shown } from "../session";
 import { byId, fill, h } from "../view/dom";
 import { rich } from "../view/notation";
 import { Watched } from "../view/events";
-import { question, succeeded, wanted } from "./guess";
+import { question, succeeded, wanted, yet } from "./guess";
 
 export class Guide {
   /** The step on the screen, from 0; undefined: nobody walks. */
@@ -178,7 +178,8 @@ export class Guide {
     const { data, settings } = shown;
     if (wanted(step)) {
       const done = succeeded(step, shown);
-      fill(this.goal, done ? "✓ Done: " : "Try to reach: ", wanted(step), ".");
+      const wrong = done ? yet(shown) : "";
+      fill(this.goal, done ? "✓ Done: " : "Try to reach: ", wanted(step), ".", wrong ? ` It is not as asked, though: ${wrong}.` : "");
       this.goal.classList.toggle("done", done);
     }
     const key = `${data.id} ${settings.controller} ${settings.ghost}`;

@@ -8,6 +8,8 @@ import { fill, h } from "../view/dom";
 
 const GLYPHS = { holds: "✓", fails: "✕", undecided: "?" } as const;
 const WORDS = { holds: "its claim holds", fails: "its claim fails", undecided: "its claim is undecided" } as const;
+const MANY = { holds: "hold", fails: "fail", undecided: "undecided" } as const;
+const VERDICTS = ["holds", "fails", "undecided"] as const;
 
 export class Strip {
   private readonly buttons = new Map<string, HTMLButtonElement>();
@@ -32,8 +34,8 @@ export class Strip {
 
   private button(flight: FlightData, session: Session): HTMLButtonElement {
     const verdicts = flight.claims.flatMap((index) => session.page.claims[index]?.verdict ?? []);
-    const holding = verdicts.filter((verdict) => verdict === "holds").length;
-    const said = verdicts.length > 1 ? `${holding} of ${verdicts.length} claims ${holding === 1 ? "holds" : "hold"}` : verdicts.length ? WORDS[verdicts[0]!] : "";
+    const counts = VERDICTS.map((verdict) => ({ verdict, count: verdicts.filter((one) => one === verdict).length })).filter(({ count }) => count);
+    const said = verdicts.length > 1 ? `of ${verdicts.length} claims about it, ${counts.map(({ verdict, count }) => `${count} ${MANY[verdict]}`).join(", ")}` : verdicts.length ? WORDS[verdicts[0]!] : "";
     const { reasons } = flight.outcome;
     const grade = graveness(flight.outcome);
     const state = [grade, ...reasons].join(" ");
@@ -43,7 +45,7 @@ export class Strip {
       h("span", { class: `dot ${MARKS[grade].kind}`, "aria-hidden": "true" }),
       h("span", { class: "name" }, flight.name),
       h("span", { class: "unseen" }, `, ${state}`),
-      verdicts.length ? h("span", { class: "verdict", title: said }, h("span", { "aria-hidden": "true" }, verdicts.length > 1 ? `${holding}/${verdicts.length}` : GLYPHS[verdicts[0]!]), h("span", { class: "unseen" }, `, ${said}`)) : null,
+      verdicts.length ? h("span", { class: "verdict", title: said }, h("span", { "aria-hidden": "true" }, ...counts.map(({ verdict, count }) => h("span", { class: `tally ${verdict}` }, verdicts.length > 1 ? `${count}${GLYPHS[verdict]}` : GLYPHS[verdict]))), h("span", { class: "unseen" }, `, ${said}`)) : null,
     );
     button.addEventListener("click", () => session.select(flight.id));
     return button;
@@ -63,14 +65,14 @@ export class Strip {
 /** What the marks mean, as far as they occur. */
 function key({ flights, claims }: PageData): HTMLElement | null {
   const grades = (Object.keys(MARKS) as (keyof typeof MARKS)[]).filter((grade) => flights.some(({ outcome }) => graveness(outcome) === grade));
-  const judged = flights.some((flight) => flight.claims.length > 0) ? (["holds", "fails", "undecided"] as const) : [];
+  const judged = flights.some((flight) => flight.claims.length > 0) ? VERDICTS : [];
   if (grades.length < 2 && !judged.length) return null;
   return h(
     "p",
     { class: "key-line" },
     ...grades.map((grade) => h("span", {}, h("span", { class: `dot ${MARKS[grade].kind}`, "aria-hidden": "true" }), grade)),
     ...judged.filter((verdict) => claims.some((claim) => claim.verdict === verdict)).map((verdict) => h("span", {}, `${GLYPHS[verdict]} ${WORDS[verdict]}`)),
-    judged.length ? h("span", {}, "6/8: claims that hold, of those about the flight") : null,
+    judged.length ? h("span", {}, "6✓ 2?: how many of the claims about the flight hold, and how many are undecided") : null,
   );
 }
 
