@@ -26,13 +26,13 @@ from quadstep.control.ardupilot_loops import (
     unrooted,
 )
 from quadstep.control.autopilot_parameters import (
+    PITCH,
     RENAMED,
+    ROLL,
+    YAW,
     ArduPilotAttitudeParameters,
     ArduPilotPositionParameters,
     MotorParameters,
-    PitchParameters,
-    RollParameters,
-    YawParameters,
 )
 from quadstep.control.filters import low_pass, share_of, smoothed
 from quadstep.control.mixers import (
@@ -44,7 +44,7 @@ from quadstep.control.mixers import (
     thrust_of_command,
 )
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
-from quadstep.interfaces.gain import given
+from quadstep.interfaces.gain import given, nested
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import from_rotation_vector, multiply, normalised, rotate, rotation_matrix, yaw_pitch_roll
@@ -80,12 +80,12 @@ class ArduPilotCascadeGains(NamedTuple):
     hover_speed: of a rotor that carries its share [rad/s]. factors: of each rotor in roll, pitch and yaw.
     """
 
-    roll: RollParameters
-    pitch: PitchParameters
-    yaw: YawParameters
-    attitude: ArduPilotAttitudeParameters
-    position: ArduPilotPositionParameters
-    motors: MotorParameters
+    roll: PidGains = ROLL
+    pitch: PidGains = PITCH
+    yaw: PidGains = YAW
+    attitude: ArduPilotAttitudeParameters = nested()
+    position: ArduPilotPositionParameters = nested()
+    motors: MotorParameters = nested()
     full_speed: Number = FULL_SPEED
     hover_speed: Number = HOVER_SPEED
     factors: Matrix = given(ardupilot_factors)
@@ -274,8 +274,7 @@ class ArduPilotCascade(Controller[ArduPilotCascadeMemory, Measured, ArduPilotCas
             strict=True,
         )  # fmt: skip
         found = [
-            pid(PidGains(*own), past, aim, rate, shrinking(limited, past), m.begun, period)
-            for own, past, aim, rate, limited in loops
+            pid(own, past, aim, rate, shrinking(limited, past), m.begun, period) for own, past, aim, rate, limited in loops
         ]
         torque = Vector(output + ahead for output, ahead, _ in found)
         throttle = clip(m.throttle + share_of(THROTTLE_CUT, period) * (m.asked - m.throttle), 0.0, 1.0)

@@ -6,9 +6,10 @@ firmware itself. Choices are numbers in the order of `CHOICES`, as `dterm_lpf1_t
 """
 
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
-from quadstep.interfaces.gain import parameter, switch
+from quadstep.control.ardupilot_loops import PidGains
+from quadstep.interfaces.gain import nested, parameter, switch
 from quadstep.io.parameter_files import CHOICES
 from quadstep.numbers import Number
 
@@ -37,6 +38,9 @@ RENAMED = {
 """Names of Copter 4.7, and of 3.5 and before."""
 
 
+Range: TypeAlias = tuple[float, float | None, float]
+"""A default, and the lowest and highest value that the autopilot documents."""
+
 fixed = partial(parameter, tunable=False)
 
 
@@ -45,49 +49,30 @@ def cutoff(name: str, default: float, what: str, high: float | None = None) -> N
     return fixed(name, default, "Hz", f"cut-off of the {what}; 0: none", high=high)
 
 
-class RollParameters(NamedTuple):
-    """ATC_RAT_RLL: from rad/s to shares of torque."""
-
-    p: Number = parameter("ATC_RAT_RLL_P", 0.135, "s/rad", "P gain of the roll rate", low=0.01, high=0.5)
-    i: Number = parameter("ATC_RAT_RLL_I", 0.135, "1/rad", "I gain of the roll rate", low=0.01, high=2.0)
-    d: Number = parameter("ATC_RAT_RLL_D", 0.0036, "s^2/rad", "D gain of the roll rate", high=0.05)
-    ff: Number = parameter("ATC_RAT_RLL_FF", 0.0, "s/rad", "feed-forward gain of the roll rate", high=0.5)
-    d_ff: Number = parameter("ATC_RAT_RLL_D_FF", 0.0, "s^2/rad", "feed-forward gain of the roll rate's slope", high=0.02)
-    most: Number = fixed("ATC_RAT_RLL_IMAX", 0.5, "-", "limit of the roll rate's integral")
-    most_pd: Number = fixed("ATC_RAT_RLL_PDMX", 0.0, "-", "limit of the roll rate's P and D; 0: none")
-    target_cut: Number = cutoff("ATC_RAT_RLL_FLTT", 20.0, "roll rate's target", 100.0)
-    error_cut: Number = cutoff("ATC_RAT_RLL_FLTE", 0.0, "roll rate's error", 100.0)
-    slope_cut: Number = cutoff("ATC_RAT_RLL_FLTD", 20.0, "roll rate's D part", 100.0)
-
-
-class PitchParameters(NamedTuple):
-    """ATC_RAT_PIT: from rad/s to shares of torque."""
-
-    p: Number = parameter("ATC_RAT_PIT_P", 0.135, "s/rad", "P gain of the pitch rate", low=0.01, high=0.5)
-    i: Number = parameter("ATC_RAT_PIT_I", 0.135, "1/rad", "I gain of the pitch rate", low=0.01, high=2.0)
-    d: Number = parameter("ATC_RAT_PIT_D", 0.0036, "s^2/rad", "D gain of the pitch rate", high=0.05)
-    ff: Number = parameter("ATC_RAT_PIT_FF", 0.0, "s/rad", "feed-forward gain of the pitch rate", high=0.5)
-    d_ff: Number = parameter("ATC_RAT_PIT_D_FF", 0.0, "s^2/rad", "feed-forward gain of the pitch rate's slope", high=0.02)
-    most: Number = fixed("ATC_RAT_PIT_IMAX", 0.5, "-", "limit of the pitch rate's integral")
-    most_pd: Number = fixed("ATC_RAT_PIT_PDMX", 0.0, "-", "limit of the pitch rate's P and D; 0: none")
-    target_cut: Number = cutoff("ATC_RAT_PIT_FLTT", 20.0, "pitch rate's target", 100.0)
-    error_cut: Number = cutoff("ATC_RAT_PIT_FLTE", 0.0, "pitch rate's error", 100.0)
-    slope_cut: Number = cutoff("ATC_RAT_PIT_FLTD", 20.0, "pitch rate's D part", 100.0)
+def rate_parameters(
+    axis: str, name: str, p: Range, i: Range, d: Range, error_cut: tuple[float, float], most_cut: float
+) -> PidGains:
+    """Declares ATC_RAT of an axis: from rad/s to shares of torque. p, i, d: default, and range there."""
+    start, rate = f"ATC_RAT_{axis}_", f"{name} rate"
+    return nested(
+        p=parameter(f"{start}P", p[0], "s/rad", f"P gain of the {rate}", low=p[1], high=p[2]),
+        i=parameter(f"{start}I", i[0], "1/rad", f"I gain of the {rate}", low=i[1], high=i[2]),
+        d=parameter(f"{start}D", d[0], "s^2/rad", f"D gain of the {rate}", low=d[1], high=d[2]),
+        ff=parameter(f"{start}FF", 0.0, "s/rad", f"feed-forward gain of the {rate}", high=0.5),
+        d_ff=parameter(f"{start}D_FF", 0.0, "s^2/rad", f"feed-forward gain of the {rate}'s slope", high=0.02),
+        most=fixed(f"{start}IMAX", 0.5, "-", f"limit of the {rate}'s integral"),
+        most_pd=fixed(f"{start}PDMX", 0.0, "-", f"limit of the {rate}'s P and D; 0: none"),
+        target_cut=cutoff(f"{start}FLTT", 20.0, f"{rate}'s target", most_cut),
+        error_cut=cutoff(f"{start}FLTE", error_cut[0], f"{rate}'s error", error_cut[1]),
+        slope_cut=cutoff(f"{start}FLTD", 20.0, f"{rate}'s D part", most_cut),
+    )
 
 
-class YawParameters(NamedTuple):
-    """ATC_RAT_YAW: from rad/s to shares of torque."""
-
-    p: Number = parameter("ATC_RAT_YAW_P", 0.18, "s/rad", "P gain of the yaw rate", low=0.1, high=2.5)
-    i: Number = parameter("ATC_RAT_YAW_I", 0.018, "1/rad", "I gain of the yaw rate", low=0.01, high=1.0)
-    d: Number = parameter("ATC_RAT_YAW_D", 0.0, "s^2/rad", "D gain of the yaw rate", high=0.02)
-    ff: Number = parameter("ATC_RAT_YAW_FF", 0.0, "s/rad", "feed-forward gain of the yaw rate", high=0.5)
-    d_ff: Number = parameter("ATC_RAT_YAW_D_FF", 0.0, "s^2/rad", "feed-forward gain of the yaw rate's slope", high=0.02)
-    most: Number = fixed("ATC_RAT_YAW_IMAX", 0.5, "-", "limit of the yaw rate's integral")
-    most_pd: Number = fixed("ATC_RAT_YAW_PDMX", 0.0, "-", "limit of the yaw rate's P and D; 0: none")
-    target_cut: Number = cutoff("ATC_RAT_YAW_FLTT", 20.0, "yaw rate's target", 50.0)
-    error_cut: Number = cutoff("ATC_RAT_YAW_FLTE", 2.5, "yaw rate's error", 20.0)
-    slope_cut: Number = cutoff("ATC_RAT_YAW_FLTD", 20.0, "yaw rate's D part", 50.0)
+ROLL, PITCH = (
+    rate_parameters(axis, name, (0.135, 0.01, 0.5), (0.135, 0.01, 2.0), (0.0036, None, 0.05), (0.0, 100.0), 100.0)
+    for axis, name in (("RLL", "roll"), ("PIT", "pitch"))
+)
+YAW = rate_parameters("YAW", "yaw", (0.18, 0.1, 2.5), (0.018, 0.01, 1.0), (0.0, None, 0.02), (2.5, 20.0), 50.0)
 
 
 class ArduPilotAttitudeParameters(NamedTuple):
@@ -183,34 +168,25 @@ def scale(name: str, default: float, meaning: str, most: float = 250.0, tunable:
     return setting(name, default, "-", meaning, 0.0, most, tunable=tunable)
 
 
-class Roll(NamedTuple):
-    """Of roll. d: the largest; d_min: where all is calm."""
+class AxisParameters(NamedTuple):
+    """Of an axis, as `axis_parameters` declares them. d: the largest; d_min: where all is calm."""
 
-    p: Number = scale("p_roll", 45.0, "P gain of the roll rate")
-    i: Number = scale("i_roll", 80.0, "I gain of the roll rate")
-    d: Number = scale("d_roll", 40.0, "D gain of the roll rate")
-    f: Number = scale("f_roll", 120.0, "feed-forward gain of the roll rate", 1000.0)
-    d_min: Number = scale("d_min_roll", 30.0, "D gain of the roll rate in calm flight; 0: no change")
-
-
-class Pitch(NamedTuple):
-    """Of pitch."""
-
-    p: Number = scale("p_pitch", 47.0, "P gain of the pitch rate")
-    i: Number = scale("i_pitch", 84.0, "I gain of the pitch rate")
-    d: Number = scale("d_pitch", 46.0, "D gain of the pitch rate")
-    f: Number = scale("f_pitch", 125.0, "feed-forward gain of the pitch rate", 1000.0)
-    d_min: Number = scale("d_min_pitch", 34.0, "D gain of the pitch rate in calm flight; 0: no change")
+    p: Number
+    i: Number
+    d: Number
+    f: Number
+    d_min: Number
 
 
-class Yaw(NamedTuple):
-    """Of yaw."""
-
-    p: Number = scale("p_yaw", 45.0, "P gain of the yaw rate")
-    i: Number = scale("i_yaw", 80.0, "I gain of the yaw rate")
-    d: Number = scale("d_yaw", 0.0, "D gain of the yaw rate")
-    f: Number = scale("f_yaw", 120.0, "feed-forward gain of the yaw rate", 1000.0)
-    d_min: Number = scale("d_min_yaw", 0.0, "D gain of the yaw rate in calm flight; 0: no change")
+def axis_parameters(axis: str, p: float, i: float, d: float, f: float, d_min: float) -> AxisParameters:
+    rate = f"of the {axis} rate"
+    return nested(
+        p=scale(f"p_{axis}", p, f"P gain {rate}"),
+        i=scale(f"i_{axis}", i, f"I gain {rate}"),
+        d=scale(f"d_{axis}", d, f"D gain {rate}"),
+        f=scale(f"f_{axis}", f, f"feed-forward gain {rate}", 1000.0),
+        d_min=scale(f"d_min_{axis}", d_min, f"D gain {rate} in calm flight; 0: no change"),
+    )
 
 
 class Filters(NamedTuple):

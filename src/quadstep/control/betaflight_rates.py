@@ -13,12 +13,13 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.autopilot_parameters import Filters, Pitch, Roll, Shared, Yaw
+from quadstep.control.autopilot_parameters import AxisParameters, Filters, Shared, axis_parameters
 from quadstep.control.cascaded_pid import OuterGains, OuterMemory, asked_rates, first_memory, guided
 from quadstep.control.filters import SHARPER, cut_off, low_passed, notch, share_in_a_sample, twice
 from quadstep.control.mixers import FULL, OnQuarters
 from quadstep.control.vectoring import up_axis
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
+from quadstep.interfaces.gain import nested
 from quadstep.interfaces.plant import Model, Reference
 from quadstep.io.parameter_files import D_SCALE, F_SCALE, I_SCALE, P_SCALE, PER_MOTOR, YAW_I
 from quadstep.numbers import Number, Vector, absolute, clip, largest, maximum, minimum, smallest, sqrt, vector, where
@@ -43,11 +44,11 @@ class BetaflightRatesGains(NamedTuple):
     """The outer loops', the firmware's parameters, and the thrust of a rotor at full command [N]."""
 
     outer: OuterGains
-    roll: Roll
-    pitch: Pitch
-    yaw: Yaw
-    filters: Filters
-    shared: Shared
+    roll: AxisParameters = axis_parameters("roll", 45.0, 80.0, 40.0, 120.0, 30.0)
+    pitch: AxisParameters = axis_parameters("pitch", 47.0, 84.0, 46.0, 125.0, 34.0)
+    yaw: AxisParameters = axis_parameters("yaw", 45.0, 80.0, 0.0, 120.0, 0.0)
+    filters: Filters = nested()
+    shared: Shared = nested()
     full_thrust: Number = FULL
 
 
@@ -108,7 +109,7 @@ def filtered(f: Filters, m: Axis, rate: Number, throttle: Number, period: Number
 
 
 def pid(
-    own: Roll | Pitch | Yaw, s: Shared, f: Filters, m: Axis, mixed: MixerState, asked: Number, gyro: Number, period: Number,
+    own: AxisParameters, s: Shared, f: Filters, m: Axis, mixed: MixerState, asked: Number, gyro: Number, period: Number,
     turn: bool = False,
 ) -> tuple[Number, Axis]:  # fmt: skip
     """An axis's output. asked, gyro: its setpoint and its filtered rate [deg/s]. turn: whether it is yaw."""
@@ -247,9 +248,7 @@ class BetaflightRates(OnQuarters, Controller[BetaflightRatesMemory, Measured, Be
         setpoints = DEGREES * asked_rates(outer, measured, gains.outer)
         rates = DEGREES * measured.rates
         outputs, axes = [], []
-        every: tuple[tuple[Roll | Pitch | Yaw, Axis], ...] = (
-            (gains.roll, memory.roll), (gains.pitch, memory.pitch), (gains.yaw, memory.yaw)
-        )  # fmt: skip
+        every = (gains.roll, memory.roll), (gains.pitch, memory.pitch), (gains.yaw, memory.yaw)
         for axis, (own, kept) in enumerate(every):
             gyro, behind = filtered(f, kept, rates[axis], before.throttle, period)
             output, after = pid(own, s, f, behind, before, setpoints[axis], gyro, period, turn=axis == 2)

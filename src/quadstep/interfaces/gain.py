@@ -7,7 +7,7 @@
 
 A declaration is the default of a `NamedTuple` field. The mission's keys and their checks, the lines of `quadstep new`,
 units, the page's sliders and the ranges of a search are all derived from it. A field that is itself a `NamedTuple` of
-declared gains needs none: its keys are added to the others.
+declared gains needs none, or `nested()` behind fields that have one: its keys are added to the others.
 """
 
 from collections.abc import Callable, Mapping
@@ -203,19 +203,18 @@ def switch(name: str, default: float, meaning: str, most: int = 1) -> float:
 
 def believed(what: str) -> Any:
     """Declares what the controller believes of the vehicle ("mass", "inertia"): a key, the vehicle's own if left out."""
-    return Gain(
-        lambda model: getattr(model, what),
-        BELIEVED_UNITS[what],
-        "value assumed by the controller; default: the vehicle's",
-        key=what,
-        tunable=False,
-        group=BELIEF,
-    )
+    meaning = "value assumed by the controller; default: the vehicle's"
+    return gain(lambda model: getattr(model, what), BELIEVED_UNITS[what], meaning, key=what, tunable=False, group=BELIEF)
 
 
 def given(value: Callable[[Model], object]) -> Any:
     """Declares a number that follows from the vehicle and has no key."""
     return Given(value)
+
+
+def nested(**fields: object) -> Any:
+    """Declares a structure by its fields; without any, by their own declarations."""
+    return fields
 
 
 def usual(values: Values, power: int | tuple[int, ...] = 1, about: About = "") -> Usual[Values]:
@@ -274,7 +273,7 @@ def declared(gains: type) -> Mapping[str, Declaration]:
         elif hasattr(declaration, "decide"):
             found[name] = cast(Declaration, declaration)
         elif hasattr(kind, "_field_defaults"):
-            found |= {f"{name}.{inner}": one for inner, one in declared(kind).items()}
+            found |= {f"{name}.{inner}": one for inner, one in (declaration or declared(kind)).items()}
         else:
             raise TypeError(f"{gains.__name__}.{name}: declare it as gain(...), believed(...) or given(...)")
     keys = [one.key for one in found.values() if isinstance(one, Gain)]

@@ -25,145 +25,8 @@ from quadstep.mission.presets import preset_names
 from quadstep.mission.schema import Mission
 from quadstep.vehicle.paper import State
 
-MARGINS = """
-[margins]                   # required of a sound loop (quadstep linear)
-# gain = 6.0                # dB, upwards and downwards
-# phase = 0.5235987755982988 # rad: 30 degrees
-# delay = 0.02              # example [s]; default: twice the latency of sensors and commands
-"""
-"""The end of every template."""
-
-TEMPLATE = """\
-# A quadstep mission on the paper's plant, with the paper's controller. Fly it: quadstep fly THIS_FILE
-# SI units, angles in radians, z up; commented lines show defaults, or an example where it says so. Only [path] is needed.
-
-# name = "My first flight"  # default: the name of this file
-
-[path]
-# From rest to rest with the least jerk; the end point is held.
-type = "minimum-jerk"
-start = [0.0, 0.0, 0.0]     # m
-end = [20.0, 5.0, 10.0]     # m
-duration = 10.0             # s
-# yaw_start = 0.0           # rad
-# yaw_end = 0.0
-#
-# Other paths:
-# type = "waypoints"        # least jerk through waypoints, at rest at both ends
-# waypoints = [
-#   { t = 0.0, position = [0.0, 0.0, 0.0] },
-#   { t = 4.0, position = [2.0, 0.0, 1.5], yaw = 0.5 },
-#   { t = 9.0, position = [4.0, 3.0, 1.0] },
-# ]
-#
-# type = "circle"           # centre, radius [m], period [s], turns, clockwise = false, yaw, yaw_rate [rad/s], ramp [s]
-# type = "figure-eight"     # centre, length, width [m], period [s], turns, plane = "horizontal" or "vertical",
-#                           # yaw, yaw_rate [rad/s], ramp [s]
-# type = "step"             # start, end, time of the step [s], duration [s], yaw
-#
-# type = "recorded"         # a CSV of t, x, y, z and optionally psi, smoothed
-# file = "flight.csv"       # relative to this file's folder
-# columns = { t = "t", x = "x", y = "y", z = "z" }   # header names; psi = "..." for yaw
-# psi_unit = "rad"          # or "deg"
-# smoothing = 0.15          # s; faster motion is treated as noise
-
-[vehicle]                   # the paper's numbers. No real vehicle of 1 kg has this inertia (radius of gyration 2.2 m);
-                            # for a real vehicle: quadstep new
-NUMBERS
-# rotors.limits = [0.0, 80.0] # example: smallest and largest thrust of one rotor [N]; default: none
-
-CONTROLLER
-[start]                     # missing keys follow the path, or are zero
-NUMBERS
-
-[disturbance]
-NUMBERS
-
-[simulation]
-NUMBERS
-
-[limits]                    # when a flight counts as diverged
-NUMBERS
-"""
-
-
-VEHICLE_TEMPLATE = """\
-# A quadstep mission for a real vehicle. Fly it: quadstep fly THIS_FILE
-# SI units, angles in radians, z up; commented lines show defaults, or an example where it says so.
-
-# name = "My first flight"  # default: the name of this file
-# seed = 1                  # of all noise and turbulence
-# score_from = 0.0          # s; errors count from here on
-
-[vehicle]
-preset = "PRESET"           # `quadstep vehicles` lists them; or file = "my.toml", see docs/vehicles.md
-# mass = 2.0                # example: further keys override the preset [kg]
-# ground = 0.0              # example: height of the ground [m]; the vehicle crashes on it
-# legs = 0.1                # example: height of the origin above the ground on which it stands [m]; then it can take off
-# effects = { drag = true, gyroscopic = true, ground = false, battery = false }
-
-[path]
-# Others: minimum-jerk, waypoints, circle, step, recorded; `quadstep new FILE --paper` shows their keys.
-type = "figure-eight"
-centre = [0.0, 0.0, 3.0]    # m
-length = 6.0                # m
-width = 3.0                 # m
-period = 8.0                # s
-
-CONTROLLER
-[start]                     # missing keys follow the path, or are zero
-NUMBERS
-
-[wind]                      # world axes
-NUMBERS
-# gust = { velocity = [5.0, 0.0, 0.0], start = 3.0, length = 1.0 }          # example
-# turbulence = { wind_20 = 5.0, height = 6.0, airspeed = 5.0 }              # example; or intensity = "light"
-
-[sensors]                   # without noise and latency the controller knows the true state
-NUMBERS
-
-# [[events]]                # examples
-# type = "payload"          # a point mass; or "centre-of-gravity" with shift = [m]
-# time = 5.0                # s; until = 10.0
-# mass = 0.3                # kg
-# position = [0.0, 0.0, -0.1] # m, body axes
-# [[events]]
-# type = "rotor"
-# time = 8.0
-# rotor = 1
-# efficiency = 0.8
-
-[simulation]
-NUMBERS
-
-[limits]                    # when a flight counts as lost
-NUMBERS
-"""
-
-
-PLANT_TEMPLATE = """\
-# A quadstep mission for LABEL. Fly it: quadstep fly THIS_FILE
-# SI units, angles in radians, z up; commented lines show defaults.
-
-# name = "My first flight"  # default: the name of this file
-
-[vehicle]
-type = "PRESET"
-NUMBERS
-
-[path]
-# From rest to rest with the least jerk; the end point is held.
-type = "minimum-jerk"
-end = [2.0, 0.0, 1.0]       # m
-duration = 4.0              # s
-
-CONTROLLER
-[simulation]
-NUMBERS
-
-[limits]                    # when a flight counts as lost
-NUMBERS
-"""
+TEMPLATES = Path(__file__).parent / "templates"
+"""Texts of missions, in which NUMBERS, CONTROLLER, PRESET and LABEL are filled in; and the end of each."""
 
 
 def write_template(path: Path, preset: str | None = None, controller: str | None = None) -> None:
@@ -200,14 +63,14 @@ def plant_template(kind: str, controller: str | None, folder: Path) -> str:
         raise UserError(f"--controller: the package has none for {kind}; name your own, FILE.py:NAME")
     section, others = chosen(controller, mission.measures, folder)
     lines = controller_lines(section, vehicle(type=kind).model(), others)
-    text = PLANT_TEMPLATE.replace("LABEL", vehicle.plant.label or kind)
-    return filled(text, kind, section, lines, mission, duration=4.0)
+    made = filled("plant", kind, section, lines, mission, duration=4.0)
+    return made.replace("LABEL", vehicle.plant.label or kind)
 
 
 def filled(
-    text: str, preset: str, section: type[ControllerSection], lines: Iterable[str], mission: type[Mission], **shown: object
+    name: str, preset: str, section: type[ControllerSection], lines: Iterable[str], mission: type[Mission], **shown: object
 ) -> str:
-    """A template with the lines of its controller, and those of its tables' numbers. shown: keys without a default."""
+    """A template with the lines of its controller, and of its tables' numbers. shown: keys without a default."""
     values = {**sample_times(section.controller, mission), **shown}
 
     def numbers(found: re.Match[str]) -> str:
@@ -215,8 +78,9 @@ def filled(
         own = values if found[1] in ("start", "sensors", "simulation") else {}
         return "\n".join([found[0].removesuffix("\nNUMBERS"), *number_lines(table, own)])
 
+    text = "".join((TEMPLATES / f"{one}.toml").read_text(encoding="utf-8") for one in (name, "margins"))
     text = re.sub(r"^\[(\w+)\][^\[]*?\nNUMBERS$", numbers, text, flags=re.MULTILINE)
-    return text.replace("PRESET", preset).replace("CONTROLLER", "\n".join(lines)) + MARGINS
+    return text.replace("PRESET", preset).replace("CONTROLLER", "\n".join(lines))
 
 
 def sample_times(controller: type[Controller], mission: type[Mission]) -> dict[str, object]:
@@ -242,5 +106,5 @@ def template(preset: str | None = None, controller: str | None = None, folder: P
     lines = controller_lines(section, model, others)
     if preset:
         here = (0.0, 0.0, 3.0)
-        return filled(VEHICLE_TEMPLATE, preset, section, lines, MultirotorMission, duration=17.5, position=here)
-    return filled(TEMPLATE, "", section, lines, LagrangeMission, duration=10.0)
+        return filled("airframe", preset, section, lines, MultirotorMission, duration=17.5, position=here)
+    return filled("paper", "", section, lines, LagrangeMission, duration=10.0)

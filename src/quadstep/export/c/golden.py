@@ -6,21 +6,18 @@ given to the law are those that its own last command produced.
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from pathlib import Path
 from typing import NamedTuple, cast
 
 import numpy as np
 
 from quadstep.export.c.header import Exported, head, loops
 from quadstep.export.c.law import begins, measured_part, only
-from quadstep.export.c.structs import fields_of, filled, has_numbers, number
+from quadstep.export.c.structs import TEXTS, fields_of, filled, has_numbers, number
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Structure, Table, Vector, flatten, rebuild
 from quadstep.numbers.rotations import from_rotation_vector, multiply, normalised
 from quadstep.numbers.structure import replaced
 from quadstep.program.python_code import REAL, compiled
-
-TEXTS = Path(__file__).parent / "texts"
 
 FEWEST_SAMPLES, SAMPLES = 8, 80
 MOST_OPERATIONS = 600_000

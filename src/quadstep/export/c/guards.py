@@ -6,31 +6,15 @@ from typing import NamedTuple
 
 from quadstep.export.c.header import Exported, loops, prototypes
 from quadstep.export.c.law import begins, measured_part
-from quadstep.export.c.structs import fields_of, has_numbers
+from quadstep.export.c.structs import TEXTS, fields_of, has_numbers
 from quadstep.interfaces.controller import Command
 from quadstep.numbers import Structure, leaf_names
 
 FEW = 40
 """Most numbers that are summed inline; more go through a function, with twice the instructions and a quarter of the code."""
 
-SUM = """/* Whether a number is finite; a sum is not if one of its terms is not. */
-static inline bool qs_finite(real sum)
-{
-    return (qs_bits(sum) & MOST) != MOST;
-}
-"""
-
-LOOP = """
-static bool qs_all_finite(const real *numbers, size_t count)
-{
-    real sum = numbers[0];
-    for (size_t i = 1u; i < count; ++i)
-    {
-        sum = sum + numbers[i];
-    }
-    return qs_finite(sum);
-}
-"""
+SUM, LOOP = ((TEXTS / name).read_text("utf-8") for name in ("sum.c", "loop.c"))
+"""Whether a few numbers are finite, and whether many are."""
 
 
 class Run(NamedTuple):

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from quadstep.export.c.comments import MEASURED_WORDS, WORDS, of_gains, of_structure
 from quadstep.export.c.law import Code, Subject, measured_part
-from quadstep.export.c.structs import has_numbers, members
+from quadstep.export.c.structs import TEXTS, filled, has_numbers, members
 
 STATUS = (
     ("NOT_STARTED", "start() must be called: the command is zero, or after DIVERGED the last one"),
@@ -106,25 +106,13 @@ def header(exported: Exported) -> str:
             if what != "memory" or memory
         ),
         struct(f"{name}_state", state, "All state between samples. Owned by the caller; the functions have no other memory."),
-        CLOCK.replace("NAME", name),
+        filled(TEXTS / "clock.h", {"NAME": name}).strip(),
         f"/** The gains and the vehicle of the mission. */\nextern const {name}_params {name}_mission;",
         "\n\n".join(f"{said}\n{line};" for _, line, said in prototypes(exported)),
         "#ifdef __cplusplus\n}\n#endif",
         "#endif",
     ]
     return "\n\n".join(parts) + "\n"
-
-
-CLOCK = """/**
- * When a function is called. Time is tick * step: ticks are counted, so that it stays exact for hours.
- */
-typedef struct
-{
-    uint32_t tick; /* -, steps since start() */
-    real step; /* s, of a tick */
-    real period; /* s, until the same function is called again */
-    real age; /* s, of the measurements */
-} NAME_clock;"""
 
 
 def prototypes(exported: Exported) -> list[tuple[str, str, str]]:

@@ -11,37 +11,14 @@ from quadstep.export.c.branches import HALVES, ScanRecord
 from quadstep.export.c.expressions import Naming
 from quadstep.export.c.guards import finite, guards
 from quadstep.export.c.header import Exported, head, title
-from quadstep.export.c.structs import INDENT, StoredStructures, StructOutput, has_numbers, initialiser
+from quadstep.export.c.structs import INDENT, TEXTS, StoredStructures, StructOutput, has_numbers, initialiser
 from quadstep.export.c.writing import CWriter
 from quadstep.numbers.elementary import turn
 from quadstep.numbers.kinds import Number
 from quadstep.numbers.operation import OPERATIONS, Kind
 from quadstep.program.recorded import RECORDED
 
-STEPS = {
-    "abs": "static inline real qs_abs(real x)\n{\n    return {abs}(x);\n}",
-    "sqrt": "static inline real qs_sqrt(real x)\n{\n    return {sqrt}(x);\n}",
-    "equal": "static inline bool qs_equal(real a, real b)\n{\n    return (a <= b) && (a >= b);\n}",
-    "bits": (
-        "static inline {word} qs_bits(real x)\n{\n    {word} bits;\n"
-        "    (void)memcpy(&bits, &x, sizeof bits);\n    return bits;\n}"
-    ),
-    "of_bits": (
-        "static inline real qs_of_bits({word} bits)\n{\n    real x;\n    (void)memcpy(&x, &bits, sizeof x);\n    return x;\n}"
-    ),
-    "power": (
-        "/* 2^n for m = n + 1.5 * 2^{size} */\n"
-        "static inline real qs_power(real m)\n{\n    return qs_of_bits((qs_bits(m) + {bias}u) << {size});\n}"
-    ),
-    "fraction": (
-        "/* x / 2^exponent, from 1/2 to 1, for a normal x > 0 */\n"
-        "static inline real qs_fraction(real x)\n{\n    return qs_of_bits((qs_bits(x) & {mantissa}) | {half});\n}"
-    ),
-    "exponent": (
-        "static inline real qs_exponent(real x)\n{\n"
-        "    return (real)((int32_t)((qs_bits(x) >> {size}) & {exponent}) - {less});\n}"
-    ),
-}
+STEPS = {re.findall(r"qs_(\w+)\(", one)[0]: one for one in (TEXTS / "steps.c").read_text("utf-8").strip().split("\n\n")}
 """Operations on the bits of a number, and C library functions that IEEE 754 defines to the bit."""
 
 PAIR = "typedef struct\n{\n    real sine;\n    real cosine;\n} qs_sine_cosine;"
@@ -127,7 +104,7 @@ def source(exported: Exported) -> str:
     parts = [
         head(exported, f"{title(exported)}: a control law in C99. Do not edit."),
         f'#include "{name}.h"\n\n#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n#include <string.h>',
-        PRAGMAS,
+        (TEXTS / "pragmas.c").read_text("utf-8").strip(),
         functions(("bits", *code.used), exported.precise),
         finite(exported),
     ]
@@ -140,18 +117,6 @@ def source(exported: Exported) -> str:
         parts.append(f"{raw[what]}({', '.join(arguments) or 'void'})\n{{\n{voids}{body}\n}}")
     parts += guards(exported)
     return "\n\n".join(parts) + "\n"
-
-
-PRAGMAS = """/*
- * Bits: every operation must be rounded separately, in the order written. Compile with -ffp-contract=off and without
- * -ffast-math and its parts.
- */
-#if defined(__FAST_MATH__)
-#error "compile this file without -ffast-math"
-#endif
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif"""
 
 
 def step_arguments(exported: Exported, what: str) -> list[str]:

@@ -17,6 +17,8 @@ from quadstep.program.assignments import INPUT
 from quadstep.program.recorded import RecordedNumber
 from quadstep.program.rows import FEWEST_ROWS, LEFT, LoopBody, RowMatrix, RowRecord, RowVector
 
+TEXTS = Path(__file__).parent / "texts"
+
 
 def filled(path: Path, words: Mapping[str, str]) -> str:
     """A template with each of these words replaced, where it stands alone or begins a name."""
