@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from quadstep import flight_metrics
 from quadstep.engines.fly import fly
-from quadstep.metrics.statistics import share
+from quadstep.metrics.statistics import exact_share, share
 from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
@@ -185,11 +185,14 @@ def test_a_map_without_a_flyable_cell_names_its_best_and_shows_success_rates(tmp
         assert said.startswith("None of the 20 combinations of path duration and disturbance scale is flyable (")
         assert "that is, succeeds in at least 19 of 20 flights; " in said
         found = re.search(
-            r"; (.*?), path duration = (\d) s and disturbance scale = (\d) times Eq. 67, succeeds in (\d+) of 20", said
+            r"; (.*?), path duration = (\d) s and disturbance scale = (\d) times Eq. 67, succeeds in (\d+) of 20 "
+            r"\(95 % interval (?:0|[\d.]+) % to ([\d.]+) %, widened for choosing it from 20\)",
+            said,
         )
         assert bool(found) == bool(successes.max())
         if found:
             assert int(found[4]) == successes[0, int(found[3]), int(found[2]) - 1] == successes.max()
+            assert float(found[5]) / 100.0 == pytest.approx(exact_share(int(found[4]), 20, 0.025 / 20).high, abs=1e-3)
             such.add((found[1], int((successes == successes.max()).sum()) == 1))
         told = caption(Envelope(asked, cells, []), linked=False)
         few = (successes >= 10).mean() < 0.1 and np.ptp(successes) > 0

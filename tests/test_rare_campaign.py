@@ -85,6 +85,8 @@ def test_the_kinds_of_failure_stand_below_one_another_on_a_phone(tmp_path, kinds
     strips = figure(tmp_path / "levels", "").split("<svg ")[1:]
     assert len(strips) == kinds
     assert not any('class="wide"' in one for one in strips)
+    events[0].levels = [(None, 0.2)]
+    assert run.climbed(pieces) == names[1:], "of a common failure there are no steps to draw"
 
 
 def test_it_says_a_known_probability_and_the_most_likely_failure(tmp_path):

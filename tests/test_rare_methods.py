@@ -150,7 +150,8 @@ def test_plain_flights_that_look_for_several_kinds_of_failure_add_their_rates():
     assert (found.flights, found.failures) == (4 * event.crude, 8)
     assert found.rate.value == pytest.approx(2.0 * 2 / event.crude)
     share = f"4 of {2 * event.crude:,}"
-    assert f"{share} a and {share} b: a failure probability of " in found.sentence
+    added = "a failure is of one kind only, so the rates add up to a failure probability of "
+    assert f"{share} a and {share} others b; {added}" in found.sentence
     (early,) = crude_of([one.model_copy(update={"events": [event.model_copy(update={"failure": "ended early"})]})]).kinds
     assert early in HOW
 

@@ -10,7 +10,7 @@ from typing import NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.metrics.statistics import share
+from quadstep.metrics.statistics import TAIL, exact_share, share
 from quadstep.mission.fields import words
 from quadstep.page.model import Cell
 from quadstep.report import markup, units
@@ -203,7 +203,9 @@ def none_flyable(envelope: Envelope, none: str, names: str, more: str) -> str:
     where = zip((asked.by, asked.y, asked.x), np.argwhere(successes == best)[0], strict=True)
     at = units.listed([axis.in_words(axis.values[place]) for axis, place in where if axis][::-1])
     such = "the best" if (successes == best).sum() == 1 else "one of the best"
-    return f"{said}; {such}, {at}, succeeds in {best} of {asked.flights}.{more}"
+    ends = exact_share(best, asked.flights, TAIL / successes.size)[1:]
+    sure = f" (95 % interval {' to '.join(map(units.percent, ends))}, widened for choosing it from {successes.size})"
+    return f"{said}; {such}, {at}, succeeds in {best} of {asked.flights}{sure * asked.random}.{more}"
 
 
 def either_way(envelope: Envelope) -> str:

@@ -148,37 +148,28 @@ NARROW = 3.0
 
 
 def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], sheet: Sheet = SCREEN) -> None:
-    """A bar for each key and each explained quantity. ranking: by key, then by quantity; the first on top."""
+    """A panel for each explained quantity, with a bar for each key. ranking: by key, then by quantity; the first on top."""
     explained = list(dict.fromkeys(name for found in ranking.values() for name in found))
+    columns, height = sheet.side_by_side(len(explained), 3.0), 0.9 + 0.38 * len(ranking)
+    width, below = COLUMN if columns > 1 else PHONE, -(-len(explained) // columns)
     with drawing(sheet):
-        above = 0.17 + 0.16 * len(explained)
-        height = 0.58 + above + 0.24 * len(ranking) * (len(explained) + 0.5)
-        names = [wrapped(key, 0.4 * sheet.inches(PHONE), rcParams["font.size"]) for key in ranking]
-        widest = max(len(line) for name in names for line in name.split("\n"))
-        sides = min(0.45, 0.06 + 0.019 * widest), 0.45 / height, 0.97, 1.0 - above / height
-        figure = new_figure(sheet, (PHONE, height), *sides)
-        axes = figure.subplots()
-        step = len(explained) + 0.5
-        for place, (name, colour) in enumerate(zip(explained, CURVES, strict=False)):
-            rows = [i * step + place for i in range(len(ranking))]
-            found = [estimates.get(name) for estimates in ranking.values()]
-            known = [(row, one) for row, one in zip(rows, found, strict=True) if one]
-            shares = [100.0 * one.value for _, one in known]
-            axes.barh([row for row, _ in known], shares, 0.8, color=colour, label=name)
+        names = [wrapped(key, min(1.35, 0.4 * sheet.inches(width) / columns), rcParams["font.size"]) for key in ranking]
+        sides = 1.45 / width, 0.5 / height, 0.97, 1.0 - 0.3 / height, 0.62
+        figure = new_figure(sheet, (width, height, 0.9 * height * below), *sides)
+        for axes, name in zip(figure.subplots(below, columns, squeeze=False).ravel(), explained, strict=True):
+            known = [(row, one[name]) for row, one in enumerate(ranking.values()) if name in one]
+            axes.barh([row for row, _ in known], [100.0 * one.value for _, one in known], 0.6, color=LINE)
             for row, one in known:
                 axes.plot([100.0 * one.low, 100.0 * one.high], [row, row], color="black", linewidth=1.4, solid_capstyle="butt")
                 axes.text(
                     100.0 * one.high + 0.6, row, units.percent(one.value), va="center", fontsize=rcParams["legend.fontsize"]
                 )
-        axes.set_yticks([i * step + 0.5 * (len(explained) - 1) for i in range(len(ranking))], names)
-        axes.set_ylim(len(ranking) * step - 1.0, -0.8)
-        axes.set_xlim(0.0, min(112.0, 8.0 + 108.0 * max(one.high for found in ranking.values() for one in found.values())))
-        axes.set_xlabel("share of the variance [%], 95 % interval")
-        axes.grid(axis="y", visible=False)
-        if sheet.width is None:
-            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1)
-        else:
-            figure.legend(loc="outside upper left", ncols=sheet.side_by_side(2, 2.0))
+            axes.set_yticks(range(len(ranking)), names)
+            axes.set_ylim(len(ranking) - 0.5, -0.5)
+            axes.set_xlim(0.0, min(116.0, 8.0 + 116.0 * max((one.high for _, one in known), default=0.0)))
+            axes.set_title(name)
+            axes.set_xlabel("share of the variance [%]")
+            axes.grid(axis="y", visible=False)
         write(figure, path, sheet)
 
 

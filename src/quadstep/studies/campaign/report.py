@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.io.run_record import FIGURES
 from quadstep.metrics.statistics import Estimate
-from quadstep.mission.fields import label, unit, words
+from quadstep.mission.fields import label, words
 from quadstep.mission.schema import Mission
 from quadstep.report import markup
 from quadstep.report.drawing import FigureJob
@@ -40,10 +40,9 @@ from quadstep.studies.campaign.sensitivity import (
     strongest_interaction,
 )
 from quadstep.studies.campaign.single import MOST_POINTS, FlownAgain, draw_points, flown_again, others, write_flights
-from quadstep.studies.campaign.splits import in_common
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import CampaignSummary
-from quadstep.studies.campaign.varied import VariedKey, bins, varied
+from quadstep.studies.campaign.varied import VariedKey, bins, varied_keys
 from quadstep.studies.flight_report import errors_since
 
 GLANCE: Mapping[str, Callable[[CampaignSummary], str]] = {
@@ -112,8 +111,7 @@ def evidence(of: ReportSubject) -> Evidence:
     mission, keys, logs = of.campaign.mission, of.campaign.file.keys, [one.log for one in again.values() if one.log]
     begun = from_the_start(mission, keys, lambda key: number(of.store.read([key])[key]), number(flown[LARGEST]), through)
     begun = begun or text.soon_after(logs, mission)
-    kinds = {"flights above a limit": through & ~success, "lost flights": ~through} if summary.statistical else {}
-    columns = {key: varied(of.store.read([key])[key], of.campaign.file.vary.get(key)) for key in of.campaign.file.keys}
+    columns = varied_keys(of.store, of.campaign.file)
     sections = [
         *distribution_section(of, flown, through),
         *([TableSection(text=begun)] if begun else []),
@@ -133,7 +131,6 @@ def evidence(of: ReportSubject) -> Evidence:
         sections=sections,
         paper=text.for_a_paper(summary, name),
         grade=summary.rest,
-        more=in_common(kinds, columns, {key: unit(of.campaign.mission, key) for key in columns}),
     )
 
 
@@ -223,7 +220,8 @@ def key_sections(
         shown, full = by_key(cut, success, rmse), label(campaign.mission, key)
         draw_key(of.folder / name, full, cut, shown, of.sheet)
         one = figure(name, key_text.over_key(words(key), full.partition(" [")[2].rstrip("]"), cut, shown))
-        matters = any(certain(found, len(ranking)) for found in ranking[key].values()) or len(keys) == 1
+        told = len(keys) == 1 or any(words(key) in one for one in of.summary.findings)
+        matters = told or any(certain(found, len(ranking)) for found in ranking[key].values())
         (body if matters else others).append(one)
     rest = "".join(one.html(of.out) for one in others)
     return [*body, *([markup.disclosure("Keys whose share is not significantly above zero", rest)] if rest else [])]

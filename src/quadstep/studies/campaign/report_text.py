@@ -34,11 +34,9 @@ SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 def answer(summary: CampaignSummary) -> str:
     if not summary.statistical:
         return f"{summary.decision} {succeeded(summary)}{summary.meaning}. {summary.why_not}".lstrip()
-    if summary.decision:  # which says by what flights are judged
-        return f"{summary.decision} {succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}."
-    judged = summary.meaning[2:-1]
-    judged = f" {judged[0].upper()}{judged[1:]}." if judged else ""
-    return f"{succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}.{judged}"
+    judged = "" if summary.decision else summary.meaning[2:-1]  # the decision says by what flights are judged
+    said = [summary.decision, f"{succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}.", *summary.findings]
+    return " ".join([one for one in said if one] + [f"{judged[0].upper()}{judged[1:]}."] * bool(judged))
 
 
 def facts(summary: CampaignSummary) -> list[markup.Fact]:

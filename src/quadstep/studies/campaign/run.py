@@ -28,6 +28,7 @@ from quadstep.studies.campaign.flyer import SUCCESS, Fly
 from quadstep.studies.campaign.manifest import MANIFEST, CampaignManifest
 from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.schema import Campaign, read_campaign
+from quadstep.studies.campaign.splits import failures_go_with
 from quadstep.studies.campaign.store import Store, opened
 from quadstep.studies.campaign.summary import CampaignSummary, as_json, summarise
 
@@ -81,7 +82,8 @@ def finish(
 
     grading, grid = request.grading(campaign.mission), campaign.file.combinations
     summary = summarise(store, campaign.varies, grading, campaign.singly, grid, is_random(campaign), tail)
-    summary = summary._replace(meaning=campaign.meaning, decision=decision)
+    found = tuple(failures_go_with(store, campaign)) if summary.statistical else ()
+    summary = summary._replace(meaning=campaign.meaning, decision=decision, findings=found)
     write_report(store, campaign, summary, request.path, request.sheet)
     store.save(complete=True, summary=as_json(summary))
     return FinishedCampaign(campaign, summary, store.folder)

@@ -60,8 +60,8 @@ class CampaignSummary(NamedTuple):
     differ in any result, as where nothing varies, or nothing that has an effect. points: of a grid that the flights are, where
     nothing of them is drawn at random; 0 where something is. uneven: points of its grid, where it does not fly all of them
     equally often; else 0. singly: keys because of which each flight was set up by itself.
-    meaning: as `Campaign` has it. decision: what `--until` has shown of the flights, a sentence. tail: the chance that one of
-    its intervals misses the truth on either side.
+    meaning: as `Campaign` has it. decision: what `--until` has shown of the flights, a sentence. findings: what failures go
+    with. tail: the chance that one of its intervals misses the truth on either side.
     """
 
     flights: int
@@ -76,6 +76,7 @@ class CampaignSummary(NamedTuple):
     uneven: int = 0
     meaning: str = ""
     decision: str = ""
+    findings: tuple[str, ...] = ()
     tail: float = TAIL
 
     @property
@@ -147,7 +148,7 @@ def sentences(summary: CampaignSummary) -> list[str]:
     value, low, high = summary.success
     interval = f"; the 95 % interval is {within(low, high)}" if summary.statistical else ""
     good = f"{units.percent(value)} succeed" if summary.flights > 1 else "it succeeds" if value else "it fails"
-    lines = [f"{units.counted(summary.flights, 'flight')}: {good}{summary.meaning}{interval}."]
+    lines = [f"{units.counted(summary.flights, 'flight')}: {good}{summary.meaning}{interval}.", *summary.findings]
     if not summary.statistical:
         lines.append(summary.why_not)
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
@@ -176,6 +177,7 @@ def as_json(summary: CampaignSummary) -> dict[str, Any]:
         "uneven_grid": summary.uneven,
         AT_REST: dict(summary.rest),
         "meaning": summary.meaning.strip(" ()"),
+        "findings": [one.replace("\N{NO-BREAK SPACE}", " ") for one in summary.findings],
         "set_up_singly": list(summary.singly),
         "success": summary.success._asdict(),
         "outcomes": summary.outcomes,

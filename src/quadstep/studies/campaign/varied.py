@@ -14,6 +14,7 @@ from quadstep.mission.fields import dotted, words
 from quadstep.report import units
 from quadstep.studies.campaign.schema import CampaignFile
 from quadstep.studies.campaign.sensitivity import FlightParts, parts_of
+from quadstep.studies.campaign.store import Store
 
 MOST_VALUES = 40
 """Most values of a key shown one by one. More numbers are divided into ranges; of more texts the rarest are merged."""
@@ -66,6 +67,11 @@ def varied(column: pa.ChunkedArray, distribution: Distribution | None) -> Varied
     if len(texts) > MOST_VALUES:
         places, texts = np.minimum(places, MOST_VALUES - 1), [*texts[: MOST_VALUES - 1], OTHERS]
     return VariedKey(places, tuple(texts), FlightParts(places, len(texts), ordered))
+
+
+def varied_keys(store: Store, file: CampaignFile) -> dict[str, VariedKey]:
+    """All keys of a campaign's flights."""
+    return {key: varied(store.read([key])[key], file.vary.get(key)) for key in file.keys}
 
 
 def numbers(column: pa.ChunkedArray) -> VariedKey:

@@ -73,7 +73,8 @@ def write_report(record: RareRecord, campaign: Campaign, summary: RareSummary, p
     found = evidence(record, campaign, summary, path)
 
     def write(out: Path) -> None:
-        draw_levels(out / LEVELS, record.pieces, sheet.with_svg())
+        if found.figures:
+            draw_levels(out / LEVELS, record.pieces, sheet.with_svg())
         found.write_report(out)
 
     record.report(write)
@@ -99,6 +100,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
     ]
     if summary.one_by_one and not common(summary):
         facts.append(markup.Fact("plain Monte Carlo", rounded(summary.one_by_one), "flights for the same accuracy"))
+    kinds = climbed(record.pieces)
     about = {"version": __version__, "campaign": str(path), "name": file.name, "method": file.rare.method.value}
     return Evidence(
         name=file.name,
@@ -107,7 +109,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         sentences=said,
         record={**about, **as_json(summary)},
         facts=facts,
-        figures=[Figure(LEVELS, SHOWN.format(explained(sought(record.pieces))))],
+        figures=[Figure(LEVELS, SHOWN.format(explained(kinds)))] if kinds else [],
         sections=[
             TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)]),
             nearest(summary, campaign.mission),
@@ -175,16 +177,15 @@ NAMED = {
 }
 
 
-def sought(pieces: Sequence[FinishedPiece]) -> list[str]:
-    """The kinds of failure that replicates look for; a second opinion may not tell them apart."""
-    return list(
-        dict.fromkeys(event.failure for one in pieces if one.kind == PieceKind.REPLICATE.value for event in one.events)
-    )
+def climbed(pieces: Sequence[FinishedPiece]) -> list[str]:
+    """The kinds of failure towards which replicates took steps, so that there is something to draw: not so common ones."""
+    own = [event for one in pieces if one.kind == PieceKind.REPLICATE.value for event in one.events]
+    return [*dict.fromkeys(event.failure for event in own if any(score is not None for score, _ in event.levels))]
 
 
 def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> None:
     """A panel for each kind of failure: the probability beyond each score, in replicates and second opinions."""
-    names = sought(pieces)
+    names = climbed(pieces)
     columns = sheet.side_by_side(len(names), 2.4)
     rows, width = -(-len(names) // columns), COLUMN if columns > 1 else PHONE
     sides = 0.75 / width, 0.17 / rows, 0.97, 1.0 - 0.1 / rows, 0.26, 0.3
@@ -220,8 +221,6 @@ def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
         axes.xaxis.set_major_locator(AsinhLocator(LINEAR, numticks=5))
         axes.xaxis.set_minor_locator(NullLocator())
         axes.xaxis.set_major_formatter(Powers())
-    if all(threshold is None for _, event in flown for threshold, _ in event.levels):
-        axes.set_xticks([])
     limited = name == Failure.ABOVE.value  # whose score is the ratio to the limit
     axes.margins(x=0.15)
     axes.set_xlim(axes.get_xlim()[0], max(axes.get_xlim()[1], 1.15 if limited else -math.inf))

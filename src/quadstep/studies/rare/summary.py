@@ -46,9 +46,13 @@ class Crude(NamedTuple):
     @property
     def sentence(self) -> str:
         kinds = self.kinds or {Failure.ANY.value: (self.flights, self.failures)}
-        each = [f"{count_of(failed)} of {flown:,} {HOW.get(kind, kind)}" for kind, (flown, failed) in kinds.items()]
+        each = [
+            f"{count_of(failed)} of {flown:,}{' others' * bool(place)} {HOW.get(kind, kind)}"
+            for place, (kind, (flown, failed)) in enumerate(kinds.items())
+        ]
+        sets = "; a failure is of one kind only, so the rates add up to" if len(kinds) > 1 else ":"
         return (
-            f"{units.listed(each)}: a failure probability of {units.number(self.rate.value)}, "
+            f"{units.listed(each)}{sets} a failure probability of {units.number(self.rate.value)}, "
             f"between {units.number(self.rate.low)} and {units.number(self.rate.high)} with {100 * (1 - DOUBT):g} % confidence"
         )
 
