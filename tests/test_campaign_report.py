@@ -485,7 +485,7 @@ def test_lines_of_a_ranking_end_where_the_intervals_end(monkeypatch, tmp_path):
     monkeypatch.setattr(pictures, "write", lambda figure, path, sheet: figures.append(figure))
     ranking = {"a": {"x": Estimate(0.5, 0.4, 0.6), "y": Estimate(0.1, 0.0, 0.2)}, "b": {"x": Estimate(0.2, 0.1, 0.3)}}
     pictures.draw_ranking(tmp_path / "x", ranking)
-    drawn = {axes.get_title(): axes for axes in figures[0].axes}
+    drawn = {axes.get_title(loc="left"): axes for axes in figures[0].axes}
     ends = {name: [list(line.get_xdata()) for line in axes.lines] for name, axes in drawn.items()}
     assert ends == {"x": [[40.0, 60.0], [10.0, 30.0]], "y": [[0.0, 20.0]]}
     assert [[round(bar.get_width(), 9) for bar in drawn[name].patches] for name in "xy"] == [[50.0, 20.0], [10.0]]

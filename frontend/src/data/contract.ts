@@ -33,13 +33,14 @@ export interface Limit {
   readonly factor: number;
 }
 
-/** A flight is as asked while the measure is at most `most`; label, text: what is said where it is not, {} for factor times the measure. */
+/** A flight is as asked while the measure is at most `most`; label, text: what is said where it is not, {} for factor times the measure; measured: whether it can be told. */
 export interface Rule {
   readonly metric: MeasureName;
   readonly most: number;
   readonly label: string;
   readonly text: string;
   readonly factor: number;
+  readonly measured: boolean;
 }
 
 export type Grade = "as asked" | "flew, but" | "above the limit" | "lost";

@@ -43,12 +43,12 @@ export function markOf({ graded, whole }: { readonly graded: Graded; readonly wh
   return whole === undefined ? MARKS[graveness(graded)] : { glyph: "…", kind: "draft" };
 }
 
-/** limits: of the flight's own; one below 0 only says that it is not measured. */
+/** limits: of the flight's own. */
 export function grade(flight: Flight, measures: Measures, { rules, left }: PageData, limits: readonly Rule[]): Graded {
   if (!flight.held) return { grade: "lost", reasons: [], labels: [], above: [], left: "" };
-  const broken = (some: readonly Rule[]): readonly (Rule & { value: number })[] => some.map((rule) => ({ ...rule, value: measures[rule.metric] ?? 0 })).filter(({ value, most }) => value > most);
+  const broken = (some: readonly Rule[]): readonly (Rule & { value: number })[] => some.map((rule) => ({ ...rule, value: measures[rule.metric] ?? 0 })).filter(({ value, most, measured }) => !measured || value > most);
   const [failed, broke] = [broken(limits), broken(rules)];
-  const told = failed.filter(({ most }) => most >= 0).map((rule) => filled(rule.label, rule));
+  const told = failed.filter(({ measured }) => measured).map((rule) => filled(rule.label, rule));
   return {
     grade: told.length ? ABOVE : failed.length + broke.length ? "flew, but" : "as asked",
     reasons: [...failed, ...broke].map((rule) => filled(rule.text, rule)),

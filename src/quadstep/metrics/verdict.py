@@ -4,6 +4,7 @@ Also as JUnit XML, which CI services show beside the change that was tested. Wri
 the schemas in use (Ant's, and the xUnit plugin's for Jenkins).
 """
 
+import math
 import platform
 import re
 import xml.etree.ElementTree as ET
@@ -73,6 +74,7 @@ class Rule(NamedTuple):
     """A flight is as asked while `metric`, as in metrics.json, is at most `most`.
 
     label: what is wrong with one that is not. text: the same as a clause, `{}` being the metric times `factor` in both.
+    measured: whether it can be told; a flight of which it cannot is not as asked, and has not failed by it.
     """
 
     metric: str
@@ -80,6 +82,7 @@ class Rule(NamedTuple):
     label: str
     text: str
     factor: float = 1.0
+    measured: bool = True
 
 
 LONGER = "A longer flight would show whether it settles."
@@ -129,7 +132,7 @@ class Graded(NamedTuple):
 
 
 def graded(metrics: Mapping[str, object], limits: Sequence[Rule] = ()) -> Graded:
-    """The grade of a flight by its metrics. limits: above which it fails; one below 0 only says that it is not measured.
+    """The grade of a flight by its metrics. limits: above which it fails.
 
     >>> graded({"outcome": "completed", "relative_error": 0.02}).grade.value
     'as asked'
@@ -139,13 +142,13 @@ def graded(metrics: Mapping[str, object], limits: Sequence[Rule] = ()) -> Graded
     if metrics.get("outcome") != "completed":
         return Graded(FlightGrade.LOST)
     measured = scalars(dict(metrics))
-    values = ((rule, measured.get(rule.metric)) for rule in (*limits, *RULES))
+    values = ((rule, measured.get(rule.metric) if rule.measured else math.inf) for rule in (*limits, *RULES))
     broken = [(rule, value) for rule, value in values if value is not None and not value <= rule.most]
     reasons = tuple(rule.text.format(above(rule.factor * value, rule.factor * rule.most)) for rule, value in broken)
     labels = tuple(rule.label for rule, _ in broken if rule not in limits)
     grew = any(rule.metric.endswith("_growth") for rule, _ in broken) and "overturned" not in labels
     advice = LONGER if grew and rest_of(metrics).get("grade") != "unstable" else ""
-    failed = any(rule in limits and rule.most >= 0.0 for rule, _ in broken)
+    failed = any(rule in limits and rule.measured for rule, _ in broken)
     grade = FlightGrade.ABOVE if failed else FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED
     return Graded(grade, reasons, labels, advice)
 

@@ -78,7 +78,7 @@ def outcomes() -> list[dict[str, object]]:
 def rules(some: Sequence[Rule] = RULES) -> list[dict[str, object]]:
     """Rules, as those of `quadstep.metrics.verdict`, by the front end's names of their measures."""
     names = {metric: name for name, metric in SUMMED_UP.items()}
-    return [{**rule._asdict(), "metric": names[rule.metric]} for rule in some]
+    return [{**rule._asdict(), "metric": names[rule.metric] if rule.measured else ""} for rule in some]
 
 
 def words(outcome: Outcome) -> str:

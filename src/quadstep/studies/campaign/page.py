@@ -63,11 +63,11 @@ def judged(shown: ShownFlight, campaign: Campaign) -> ShownFlight:
 
 
 def limit(metric: str, most: float) -> Rule:
-    """One that the page does not measure is below every number, and only says so."""
+    """Above which a flight fails, or that the page does not measure it."""
     name, unit = units.metric(metric)
     allowed = units.quantity(most, unit)
     if metric not in (RMSE, LARGEST):
-        return Rule(RMSE, -1.0, "", f"this page does not measure its {name} (limit {allowed})")
+        return Rule(metric, most, "", f"this page does not measure its {name} (limit {allowed})", measured=False)
     unit, factor = units.handy(unit, most)
     return Rule(metric, most, f"{name} {{}} {unit}, limit {allowed}", f"its {name} is {{}} {unit} (limit {allowed})", factor)
 

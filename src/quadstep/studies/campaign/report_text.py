@@ -36,7 +36,7 @@ def answer(summary: CampaignSummary) -> str:
         return f"{summary.decision} {succeeded(summary)}{summary.meaning}. {summary.why_not}".lstrip()
     judged = "" if summary.decision else summary.meaning[2:-1]  # the decision says by what flights are judged
     said = [summary.decision, f"{succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}.", *summary.findings]
-    return " ".join([one for one in said if one] + [f"{judged[0].upper()}{judged[1:]}."] * bool(judged))
+    return " ".join([one for one in said if one] + [f"{judged[:1].upper()}{judged[1:]}."][: len(judged)])
 
 
 def facts(summary: CampaignSummary) -> list[markup.Fact]:
