@@ -46,7 +46,7 @@ from quadstep.control.mixers import (
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
 from quadstep.interfaces.gain import given, nested
 from quadstep.interfaces.plant import Reference
-from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, maximum, minimum, sin, sqrt, vector, where
+from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, either, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import from_rotation_vector, multiply, normalised, rotate, rotation_matrix, yaw_pitch_roll
 
 GRAVITY = 9.80665
@@ -191,10 +191,6 @@ def horizontal(
 def plane(v: Vector) -> Vector:
     """The horizontal parts."""
     return vector(v[0], v[1])
-
-
-def either(condition: object, yes: Vector, no: Vector) -> Vector:
-    return Vector(where(condition, one, other) for one, other in zip(yes, no, strict=True))  # type: ignore[arg-type]
 
 
 def across_first(acceleration: Vector, velocity: Vector, most: Number) -> Vector:

@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 from quadstep.control.filters import share_of
-from quadstep.numbers import Number, Vector, absolute, atan2, clip, cos, maximum, minimum, sin, sqrt, vector, where
+from quadstep.numbers import Number, Vector, absolute, atan2, clip, cos, either, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, normalised, rotation_vector, unrotate
 
 UP = vector(0.0, 0.0, 1.0)
@@ -214,10 +214,7 @@ def shaped_target(g: AttitudeGains, target: Target, wanted: Vector, turn: Number
     rates = Vector(shaped(e, g.constant, a, rate, ahead, most, period) for e, a, rate, ahead, most in parts)
     rates = within_rates(rates, vector(g.most[0], g.most[1], yaw_most))
     on = g.ahead > 0.5
-    return Target(
-        Vector(where(on, one, other) for one, other in zip(target.attitude, wanted, strict=True)),
-        Vector(where(on, one, other) for one, other in zip(rates, still, strict=True)),
-    )
+    return Target(either(on, target.attitude, wanted), either(on, rates, still))
 
 
 def attitude_loop(g: AttitudeGains, target: Target, attitude: Vector, rates: Vector, period: Number) -> tuple[Vector, Target]:
@@ -229,7 +226,7 @@ def attitude_loop(g: AttitudeGains, target: Target, attitude: Vector, rates: Vec
     heading = clip(off.error[2], -most, most)
     far = absolute(off.error[2]) > most
     near = multiply(multiply(attitude, off.tilt), vector(cos(0.5 * heading), 0.0, 0.0, sin(0.5 * heading)))
-    kept = Vector(where(far, one, other) for one, other in zip(near, target.attitude, strict=True))
+    kept = either(far, near, target.attitude)
     limits = [
         where(a > 0.0, clip(0.5 * a, *reach), 0.0)
         for a, reach in zip(g.acceleration, (TILTING, TILTING, TURNING), strict=True)

@@ -110,8 +110,7 @@ class CascadedPid(Controller):
         return CascadedPidMemory(first_memory(measured, gains.outer), vector(0.0, 0.0, 0.0), measured.rates)
 
     def enter(self, measured: Measured, reference: Reference, gains: CascadedPidGains) -> CascadedPidMemory:
-        turning = Vector(torque / inertia for torque, inertia in zip(measured.torque, gains.inertia, strict=True))
-        rate_integral = project(turning + gains.rate * measured.rates, gains.rate_integral_bound)
+        rate_integral = project(measured.torque / gains.inertia + gains.rate * measured.rates, gains.rate_integral_bound)
         return CascadedPidMemory(memory_on_entry(measured, reference, gains.outer), rate_integral, measured.rates)
 
     def guide(

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from quadstep.control.mixers import FULL, OnQuarters, crazyflie_thrusts
-from quadstep.control.vectoring import desired_attitude, up_axis
+from quadstep.control.vectoring import boxed, desired_attitude, up_axis
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
 from quadstep.interfaces.gain import parameter
 from quadstep.interfaces.plant import Reference
@@ -73,10 +73,6 @@ class CrazyflieMellingerMemory(NamedTuple):
     begun: Number
 
 
-def bounded(integral: Vector, most: Vector) -> Vector:
-    return Vector(clip(one, -limit, limit) for one, limit in zip(integral, most, strict=True))
-
-
 def attitude_error(wanted: Matrix, attitude: Matrix) -> Vector:
     """vee(R_d^T R - R^T R_d): twice the sine of a turn, about its axis."""
     a = wanted.T @ attitude
@@ -108,7 +104,7 @@ class CrazyflieMellinger(OnQuarters, Controller[CrazyflieMellingerMemory, Measur
         kr, kw, ki_m = (vector(xy, xy, z) for xy, z in ((g.kr_xy, g.kr_z), (g.kw_xy, g.kw_z), (g.ki_m_xy, g.ki_m_z)))
         weight = vector(0.0, 0.0, GRAVITY)
         away = reference.position - measured.position
-        position = bounded(memory.position + period * away, vector(g.range_xy, g.range_xy, g.range_z))
+        position = boxed(memory.position + period * away, vector(g.range_xy, g.range_xy, g.range_z))
         force = g.mass * (reference.acceleration + weight) + kp * away + ki * position
         force = force + kd * (reference.velocity - measured.velocity)
         wanted = desired_attitude(force, ZERO, ZERO, reference.yaw, 0.0).rotation
@@ -117,7 +113,7 @@ class CrazyflieMellinger(OnQuarters, Controller[CrazyflieMellingerMemory, Measur
         planned = desired_attitude(reference.acceleration + weight, reference.jerk, ZERO, reference.yaw, 0.0)
         asked = vector(planned.rates[0], planned.rates[1], planned.rotation[2, 2] * reference.yaw_rate)
         change = memory.begun * ((asked - memory.asked) - (measured.rates - memory.rates)) / period
-        turned = bounded(memory.attitude - period * error, vector(g.range_m_xy, g.range_m_xy, g.range_m_z))
+        turned = boxed(memory.attitude - period * error, vector(g.range_m_xy, g.range_m_xy, g.range_m_z))
         moment = ki_m * turned - kr * error + kw * (asked - measured.rates) + vector(g.kd_omega, g.kd_omega, 0.0) * change
         thrust = g.mass_thrust * (force @ up_axis(attitude))
         lifts = where(thrust > 0.0, 1.0, 0.0)  # without thrust the motors rest, and integrals begin anew

@@ -185,7 +185,7 @@ class FilteredBackstepping(Controller):
 
         made = measured.thrust / gains.mass
         leaning = cross(UP, rotation.T @ memory.compensated)
-        pull = Vector(gains.coupling_2 * made * one / weight for one, weight in zip(leaning, gains.coupling_3, strict=True))
+        pull = (gains.coupling_2 * made) * leaning / gains.coupling_3
         feedback = -(gains.turn * turn_error) - pull
         airspeed = rotation.T @ measured.velocity
         sideways, yawing = gains.spacing
@@ -194,7 +194,7 @@ class FilteredBackstepping(Controller):
         asked = spin_rate - gains.spin * spin_error - gains.coupling_3 * turn_left - unknown
         torque = gains.inertia * asked + cross(rates, gains.inertia * rates)
 
-        short = Vector(one / entry for one, entry in zip(measured.torque - memory.asked_torque, gains.inertia, strict=True))
+        short = (measured.torque - memory.asked_torque) / gains.inertia
         rate_3 = -(gains.turn * memory.xi_3) + (memory.spin_fed.value - feedback) + memory.xi_4
         rate_4 = -(gains.spin * memory.xi_4) + short
         flown = memory.flying * period

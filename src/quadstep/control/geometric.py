@@ -91,7 +91,7 @@ class Geometric(Controller):
 
         command, _ = self.law(with_lean(vector(0.0, 0.0, 0.0)), measured, reference, gains, 0.0, 0.0)
         missing, stiffness = measured.torque - command.torque, gains.inertia * gains.turn_stiffness
-        return with_lean(Vector(torque / stiff for torque, stiff in zip(missing, stiffness, strict=True)))
+        return with_lean(missing / stiffness)
 
     def law(
         self, memory: GeometricMemory, measured: Measured, reference: Reference, gains: GeometricGains,

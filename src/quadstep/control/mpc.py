@@ -179,7 +179,7 @@ class Mpc(Controller):
         feed_forward = across @ wanted.acceleration - cross(measured.rates, turning)
         tilt = -rotation_vector(multiply(conjugate(measured.attitude), quaternion_of(wanted.rotation)))
         rates = measured.rates - turning
-        made = over(memory.torque, gains.inertia) - feed_forward
+        made = memory.torque / gains.inertia - feed_forward
         position = boxed(measured.position - reference.position, gains.position_reach)
         velocity = boxed(measured.velocity - reference.velocity, gains.velocity_reach)
         (p_x, p_y), (v_x, v_y) = levelled(reference.yaw, position), levelled(reference.yaw, velocity)
@@ -266,7 +266,7 @@ class Mpc(Controller):
         axis = up_axis(rotation_matrix(measured.attitude))
         gyroscopic = cross(measured.rates, gains.inertia * measured.rates)
         pulled = (memory.lift / gains.mass) * axis - vector(0.0, 0.0, gains.gravity)
-        turned = over(memory.torque, gains.inertia)
+        turned = memory.torque / gains.inertia
         velocity, push = observed(memory.velocity, memory.push, measured.velocity, pulled, gains.observer, period)
         rates, twist = observed(memory.rates, memory.twist, measured.rates, turned, gains.turn_observer, period)
         return memory._replace(
@@ -277,8 +277,3 @@ class Mpc(Controller):
             lift=memory.lift + share * (measured.thrust - memory.lift),
             torque=memory.torque + share * (measured.torque - gyroscopic - memory.torque),
         )
-
-
-def over(torque: Vector, inertia: Vector) -> Vector:
-    """The angular acceleration [rad/s^2] of a torque [N m]."""
-    return Vector(one / j for one, j in zip(torque, inertia, strict=True))

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from quadstep.control.filters import LowPass, smoothed
 from quadstep.interfaces.plant import Reference
-from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, maximum, minimum, sin, sqrt, vector, where
+from quadstep.numbers import Matrix, Number, Vector, atan2, clip, cos, either, maximum, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import conjugate, cross, multiply, normalised, quaternion_of, unrotate
 
 GRAVITY = 9.80665
@@ -145,7 +145,7 @@ def attitude_loop(p: Vector, weight: Number, most: Vector, wanted: Vector, attit
     opposite = apart < 1e-9
     tilt = normalised(Vector((where(opposite, 1.0, apart), *about)))
     reduced = multiply(tilt, attitude)
-    reduced = Vector(where(opposite, full, part) for full, part in zip(wanted, reduced, strict=True))
+    reduced = either(opposite, wanted, reduced)
     heading = multiply(conjugate(reduced), wanted)
     sign = where(heading[0] < 0.0, -1.0, 1.0)
     angle = weight * atan2(sign * heading[3], sign * heading[0])

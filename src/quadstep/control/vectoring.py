@@ -20,6 +20,7 @@ from quadstep.numbers import (
     atan2,
     clip,
     cos,
+    either,
     exp,
     sin,
     sqrt,
@@ -54,7 +55,7 @@ def direction(v: Vector, rate: Vector, change: Vector) -> Direction:
     length = v.norm()
     some = length > 1e-6
     over = 1.0 / where(some, length, 1.0)
-    unit = Vector(where(some, over * entry, up) for entry, up in zip(v, (0.0, 0.0, 1.0), strict=True))
+    unit = either(some, over * v, vector(0.0, 0.0, 1.0))
     growth = unit @ rate
     unit_rate = over * (rate - growth * unit)
     unit_change = over * (change - (2.0 * growth) * unit_rate - (unit @ change + unit_rate @ rate) * unit)
@@ -258,7 +259,7 @@ def torque_for(angular: Vector, measured: Measured, body: Inert) -> Vector:
 def angular_of(torque: Vector, measured: Measured, body: Inert) -> Vector:
     """The angular acceleration [rad/s^2] that a torque [N m] is for, about the body's axes."""
     left = torque - cross(measured.rates, body.inertia * measured.rates)
-    return Vector(torque / inertia for torque, inertia in zip(left, body.inertia, strict=True))
+    return left / body.inertia
 
 
 class Heavy(Protocol):
@@ -282,9 +283,10 @@ def followed(rate: Number, period: Number) -> Number:
     return 1.0 - exp(-(rate * period))
 
 
-def boxed(entries: Vector, bound: Number) -> Vector:
-    """Every entry between -bound and bound."""
-    return Vector(clip(entry, -bound, bound) for entry in entries)
+def boxed(entries: Vector, bound: Number | Vector) -> Vector:
+    """Every entry between -bound and bound, or its own."""
+    bounds = bound if isinstance(bound, Vector) else [bound] * len(entries)
+    return Vector(clip(entry, -most, most) for entry, most in zip(entries, bounds, strict=True))
 
 
 class AchievedCommand(NamedTuple):

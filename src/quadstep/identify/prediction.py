@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from quadstep.engines.loop import runge_kutta_4
 from quadstep.interfaces.closed_loop import Clock, Task
-from quadstep.numbers import Number, Table, Vector, clip, exp, log, matrix, maximum, total, vector, where
+from quadstep.numbers import Number, Table, Vector, clip, either, exp, log, matrix, maximum, total, vector, where
 from quadstep.numbers.functions import number, word
 from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, rotation_matrix, rotation_vector
 from quadstep.vehicle.airframe_plant import Airframe, Observer, derivative
@@ -203,14 +203,11 @@ class Predictor:
         since = clock.tick - p.history
         after = flat(self.shown(p, state))
         states = tuple(
-            Vector(where(since == float(horizon), new, old) for new, old in zip(after, kept, strict=True))
+            either(since == float(horizon), after, kept)
             for horizon, kept in zip(self.horizons, cycle.score.states, strict=True)
         )
         at_start = Unexplained(
-            *(
-                Vector(where(since == 0.0, new, old) for new, old in zip(now, kept, strict=True))
-                for now, kept in zip(unexplained, cycle.score.unexplained, strict=True)
-            )
+            *(either(since == 0.0, now, kept) for now, kept in zip(unexplained, cycle.score.unexplained, strict=True))
         )
         late = (p.curve.delay + p.observer.delay) / clock.period
         wanted = SpeedCommands(*(self.commanded(p, row, share - late) for share in (0.0, 0.5, 1.0)))

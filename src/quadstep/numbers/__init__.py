@@ -22,11 +22,11 @@ from quadstep.numbers.functions import absolute, clip, largest, maximum, minimum
 from quadstep.numbers.kinds import Condition, Number
 from quadstep.numbers.scan import scan, shortcut
 from quadstep.numbers.structure import Structure, Table, flatten, in_matrix, leaf_names, rebuild
-from quadstep.numbers.vectors import Matrix, Vector, matrix, outer, solve_symmetric, total, vector
+from quadstep.numbers.vectors import Matrix, Vector, either, matrix, outer, solve_symmetric, total, vector
 
 __all__ = [
-    "Condition", "Matrix", "Number", "Structure", "Table", "Vector", "absolute", "clip", "flatten", "in_matrix", "largest",
-    "leaf_names", "matrix", "maximum", "minimum", "outer", "power", "rebuild", "scan", "shortcut", "smallest",
+    "Condition", "Matrix", "Number", "Structure", "Table", "Vector", "absolute", "clip", "either", "flatten", "in_matrix",
+    "largest", "leaf_names", "matrix", "maximum", "minimum", "outer", "power", "rebuild", "scan", "shortcut", "smallest",
     "solve_symmetric", "sqrt", "total", "vector", "where",
 ]  # fmt: skip
 __all__ += elementary.__all__

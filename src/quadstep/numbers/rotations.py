@@ -3,7 +3,7 @@
 from quadstep.numbers.elementary import atan2, cos, sin
 from quadstep.numbers.functions import absolute, sqrt, where
 from quadstep.numbers.kinds import Number, functions_of
-from quadstep.numbers.vectors import Matrix, Vector, matrix, vector
+from quadstep.numbers.vectors import Matrix, Vector, either, matrix, vector
 
 IDENTITY = vector(1.0, 0.0, 0.0, 0.0)
 
@@ -62,7 +62,7 @@ def quaternion_of(r: Matrix) -> Vector:
     best, column = squares[0], Vector(columns[0])
     for square, other in zip(squares[1:], columns[1:], strict=True):
         better = square > best
-        column = Vector(where(better, new, old) for new, old in zip(other, column, strict=True))
+        column = either(better, Vector(other), column)
         best = where(better, square, best)
     return column * (where(column[0] < 0.0, -1.0, 1.0) / column.norm())
 

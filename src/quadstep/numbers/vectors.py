@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar, overload
 
-from quadstep.numbers.functions import length
-from quadstep.numbers.kinds import Number, functions_of
+from quadstep.numbers.functions import length, where
+from quadstep.numbers.kinds import Condition, Number, functions_of
 
 Summand = TypeVar("Summand", float, "Vector", "Matrix")
 
@@ -38,8 +38,8 @@ class Vector:
 
     >>> from quadstep.numbers import Vector
     >>> v = Vector([3.0, 4.0])
-    >>> 2.0 * v + v, v @ v, v.norm(), v[0]
-    (Vector([9.0, 12.0]), 25.0, 5.0, 3.0)
+    >>> 2.0 * v + v, v / v, v @ v, v.norm(), v[0]
+    (Vector([9.0, 12.0]), Vector([1.0, 1.0]), 25.0, 5.0, 3.0)
     """
 
     __slots__ = ("entries",)
@@ -84,7 +84,9 @@ class Vector:
     def __rmul__(self, other: Number) -> Vector:
         return Vector([other * a for a in self.entries])
 
-    def __truediv__(self, other: Number) -> Vector:
+    def __truediv__(self, other: Vector | Number) -> Vector:
+        if isinstance(other, Vector):
+            return Vector([a / b for a, b in zip(self.entries, other.entries, strict=True)])
         return Vector(a / other for a in self.entries)
 
     def __neg__(self) -> Vector:
@@ -196,6 +198,16 @@ def matrix(*rows: Iterable[Number]) -> Matrix:
     Matrix([[1.0, 2.0], [3.0, 4.0]])
     """
     return Matrix(Vector(row) for row in rows)
+
+
+def either(condition: Condition, yes: Vector, no: Vector) -> Vector:
+    """`where` for vectors of one length, entry by entry.
+
+    >>> from quadstep.numbers import either, vector
+    >>> either(2.0 > 1.0, vector(1.0, 2.0), vector(3.0, 4.0))
+    Vector([1.0, 2.0])
+    """
+    return Vector(where(condition, one, other) for one, other in zip(yes, no, strict=True))
 
 
 def outer(a: Vector, b: Vector) -> Matrix:
