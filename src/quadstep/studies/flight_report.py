@@ -11,8 +11,8 @@ import numpy as np
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.off_command import off_command
-from quadstep.metrics.quantities import FAR, moves, position_axes, position_errors
-from quadstep.metrics.registry import Metrics, group, metric, of_saturation, rest_of
+from quadstep.metrics.quantities import FAR, moves, position_axes, position_errors, shorter_way
+from quadstep.metrics.registry import Metrics, group, metric, of_saturation, rest_of, with_unit
 from quadstep.metrics.verdict import Case, FlightGrade, graded
 from quadstep.mission.listings import rounded, written
 from quadstep.report import markup, units
@@ -48,7 +48,8 @@ def write_report(
     if "position" in metrics:
         said = size
         said += f"Counted{counted}; figures show the whole flight. " if counted else ""
-        sections.append(TableSection("Errors", "errors", HEADER, error_rows(metrics), said + ("" if seen else off)))
+        header, rows = LOST if ending else HEADER, error_rows(metrics, ending)
+        sections.append(TableSection("Errors", "errors", header, rows, said + ("" if seen else off)))
     if drawn[IN_SUMMARY:]:
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]
     content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2, exclude_none=True))
@@ -63,13 +64,16 @@ def write_report(
     if left := mission.controller.left:
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(markup.verbatim("\n".join(left), whose))
+    when = worst(log, mission.scored_from, mission.moments) if "position" in metrics else ""
+    if off_at := lost_at(metrics, ending or {}):
+        when += f"; {off_at} when it was lost"
     measured = [
-        *facts(metrics, counted, worst(log, mission.scored_from, mission.moments) if "position" in metrics else ""),
+        *facts(metrics, counted, when),
         *own_facts(mission, metrics),
     ]
     kept = log.outcome is not Outcome.COMPLETED and len(log.rows)
     lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission), size)]
-    first, *more = [*filter(None, lines), *([of_log(log, ending)] if kept else [])]
+    first, *more = [*filter(None, lines), *([of_log(log, metrics, ending)] if kept else [])]
     found = Evidence(
         mission.name, "Flight", first, (), {}, measured, drawn[:IN_SUMMARY], sections, more=more, warnings=warnings, fold=(),
         cases=(Case("flown", None if log.outcome is Outcome.COMPLETED else first),),
@@ -113,22 +117,39 @@ def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
 
 
 KINDS: tuple[tuple[dict[str, str], float, str], ...] = (
-    ({axis: axis for axis in "xyz"}, 1.0, "m"),
     ({"roll": "roll", "pitch": "pitch", "yaw": "yaw", **SPOKEN}, math.degrees(1.0), "°"),
     ({"p": "p", "q": "q", "r": "r", "phi_dot": "rate of roll", "theta_dot": "of pitch", "psi_dot": "of yaw"}, 1.0, "rad/s"),
 )
 """What is said of the state that ended a flight, as far as it has these columns; how many of the unit one in SI is."""
 
 
-def of_log(log: FlightLog, ending: Metrics | None = None) -> str:
-    """What the values of a lost flight leave out: the state that ended it, which is in no row. ending: as in metrics.json."""
+def missed(ending: Metrics, name: str, base: str) -> float:
+    """How far a column was from its command in the state that ended a flight, as in metrics.json; NaN where it has none."""
+    flown, wanted = (cast(float, ending.get(with_unit(one, base), math.nan)) for one in (name, f"{name}_d"))
+    return abs(float(shorter_way(np.array(wanted - flown)) if base == "rad" else wanted - flown))
+
+
+def lost_at(metrics: Metrics, ending: Metrics) -> str:
+    """How far from its path a flight was when it was lost; "" where it was not, or where nobody knows."""
+    off = math.hypot(*(missed(ending, axis, "m") for axis in group(metrics, "position")))
+    return units.quantity(off, "m", 4) if ending and math.isfinite(off) else ""
+
+
+def of_log(log: FlightLog, metrics: Metrics, ending: Metrics | None = None) -> str:
+    """Up to when the numbers of a lost flight count, and the state that ended it, which is in no row. ending: as in
+    metrics.json.
+    """
     state, said = {key.partition("[")[0]: cast(float, value) for key, value in (ending or {}).items()}, []
+    off = lost_at(metrics, ending or {})
     for names, factor, unit in KINDS:
         suffix = units.unit_suffix(unit)
         known = [f"{say} {units.number(round(factor * state[one], 3))}{suffix}" for one, say in names.items() if one in state]
         said += [", ".join(known)] if known else []
-    ended = f"It ended at {'; '.join(said)}; more of that state is in" if said else "The state that ended it is in"
-    return f"All numbers cover the log up to its last row, at {log.column('t')[-1]:.6g} s. {ended} metrics.json."
+    where = "; ".join([*([f"{off} from its path"] if off else []), *said])
+    ended = f"When it was lost, it was {where}" if off else f"It was lost at {where}"
+    ended = f"{ended}; more of that state is in" if where else "The state that ended it is in"
+    row = f"{log.column('t')[-1]:.6g} s"
+    return f"RMSE, largest errors and figures cover the log, whose last row is at {row}. {ended} metrics.json."
 
 
 def worst(log: FlightLog, since: float, moments: Sequence[tuple[float, str]] = ()) -> str:
@@ -199,20 +220,26 @@ def gain_rows(mission: "Mission") -> list[list[str]]:
 
 
 HEADER = ("", "RMSE", "largest", "final", "unit")
+LOST = ("", "RMSE", "largest", "in the last row", "when lost", "unit")
+"""Of the table of errors, and of that of a lost flight."""
 
 SMALL = 0.01
 """In the unit of the others; what is no larger has its own."""
 
 
-def error_rows(metrics: Metrics) -> list[list[str]]:
-    """Each axis and angle, those of a kind in one unit unless one is too small to be read in it."""
+def error_rows(metrics: Metrics, ending: Metrics | None = None) -> list[list[str]]:
+    """Each axis and angle, those of a kind in one unit unless one is too small to be read in it. ending: the state that ended
+    a lost flight, which is none of its rows.
+    """
     rows = []
     for kind, base in (("position", "m"), ("attitude", "rad")):
         largest = max((one[f"largest[{base}]"] for one in group(metrics, kind).values()), default=0.0)
         for axis, one in group(metrics, kind).items():
             values = [one[f"{key}[{base}]"] for key in ("rmse", "largest", "final")]
+            values += [missed(ending, axis, base)] * bool(ending)
             unit, factor = units.suited(base, largest)
             if 0.0 < factor * max(values) < SMALL:
                 unit, factor = units.suited(base, max(values))
-            rows.append([SPOKEN.get(axis, axis), *(units.number(factor * value) for value in values), unit])
+            written = (units.number(factor * value) if math.isfinite(value) else "–" for value in values)
+            rows.append([SPOKEN.get(axis, axis), *written, unit])
     return rows

@@ -32,6 +32,7 @@ from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import quantity
+from quadstep.studies import flight_report as report
 from quadstep.studies.flight_report import cut, error_rows, errors_since, of_limits, of_log, own_facts, write_report
 
 REPORT = "report.html"
@@ -260,7 +261,7 @@ def summarise(
     counted: from when errors are, as `errors_since` has it, and how much is flown, as `cut` has it. ended:
     the state that ended it, as in metrics.json.
     """
-    rows = [[f"{axis} [{unit}]", *values] for axis, *values, unit in error_rows(metrics)]
+    rows = [[f"{axis} [{unit}]", *values] for axis, *values, unit in error_rows(metrics, ended)]
     facts = [[one.what, one.value] for one in of_limits(metrics)]
     completed = log.outcome is Outcome.COMPLETED
     if completed:
@@ -268,6 +269,7 @@ def summarise(
         but = graded(metrics).sentence
         ending = " ".join(filter(None, (left_path(log, metrics), f"Completed {log.ended:g} s; {error}.", but)))
     else:
-        kept = f"The log up to that point is kept. {of_log(log, ended)}" if len(log.rows) else "Its log is empty."
+        kept = f"The log up to that point is kept. {of_log(log, metrics, ended)}" if len(log.rows) else "Its log is empty."
         ending = f"Lost at {log.ended:g} s: {why or REASONS[log.outcome]}. {kept}"
-    return FlightSummary(name, ["RMSE", "largest", "final"], rows, facts, ending, completed, warnings, metrics, judged)
+    header = [*(report.LOST if ended else report.HEADER)[1:-1]]
+    return FlightSummary(name, header, rows, facts, ending, completed, warnings, metrics, judged)

@@ -43,7 +43,7 @@ def of_flight(t: Array, errors: Array, limit: float) -> list[FigureJob]:
     """How far the mission's own flight was from its path. errors: (samples, axes) [m]. limit: that ends it [m]."""
     far = np.linalg.norm(errors, axis=1)
     lines = {"the mission's flight": far, f"limit, {limit:g} m": np.full(len(t), limit)}
-    last, at = units.quantity(float(far[-1]), "m"), units.quantity(float(t[-1]), "s")
+    last, at = units.quantity(float(far[-1]), "m", 4), units.quantity(float(t[-1]), "s")
     caption = (
         f"Distance of the mission's own flight from its path: {last} at its end, {at}. A flight that goes beyond the limit is "
         "lost. On this scale a line that rises evenly is an error that doubles again and again."

@@ -234,21 +234,22 @@ def flight_says(log: FlightLog) -> str:
     if log.outcome is Outcome.COMPLETED:
         return f"The mission's own flight was completed in {log.ended:g} s; the table shows how far it was off the path."
     return (
-        f"The mission's own flight ends at {log.ended:.4g} s ({REASONS[log.outcome]}); the table shows how far it was off the "
-        "path by then."
+        f"The mission's own flight was lost at {log.ended:.4g} s ({REASONS[log.outcome]}); the table shows its largest "
+        f"errors up to the last row of its log, at {log.column('t')[-1]:.6g} s, and those when it was lost."
     )
 
 
 def flown_verdict(name: str, plan: FlightPlan, log: FlightLog, says: list[str]) -> ProofVerdict:
-    """A disproof with the mission's own flight: how far it was off its path along each axis, to the state that ended it, which
-    the log is without.
+    """A disproof with the mission's own flight: how far it was off its path along each axis, in its log, and in the state that
+    ended a lost one, which the log is without.
     """
-    axes = plan.loop.plant.axes
+    axes, columns = plan.loop.plant.axes, ("axis", "flown off the path by")
     errors, t = log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes)), log.column("t")
+    off = [np.abs(errors).max(axis=0)]
     last = np.array(tuple(plan.loop.plant.error(log.final.state, plan.loop.reference(log.ended, plan.parameters))))
-    if np.isfinite(last).all():
+    if log.outcome is not Outcome.COMPLETED and np.isfinite(last).all():
         errors, t = np.vstack([errors, last]), np.append(t, log.ended)
-    off = np.abs(errors).max(axis=0)
-    texts = in_one_unit([(one, math.nan, math.nan) for one in off.tolist()], "m")
-    rows, shown = [list(row) for row in zip(axes, texts, strict=True)], of_flight(t, errors, plan.parameters.limits.distance)
-    return ProofVerdict(name, VerdictKind.DISPROVED, rows, says, columns=("axis", "flown off the path by"), pictures=shown)
+        off, columns = [*off, np.abs(last)], ("axis", "largest error", "when lost")
+    texts = [in_one_unit([(one, math.nan, math.nan) for one in errors.tolist()], "m") for errors in off]
+    rows, shown = [list(row) for row in zip(axes, *texts, strict=True)], of_flight(t, errors, plan.parameters.limits.distance)
+    return ProofVerdict(name, VerdictKind.DISPROVED, rows, says, columns=columns, pictures=shown)
