@@ -10,7 +10,8 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing
 from quadstep.report.figures import draw
-from quadstep.report.panel import Panel
+from quadstep.report.moments import named
+from quadstep.report.panel import EventMark, Panel
 from quadstep.report.panels import attitude_panels, flight_jobs, jobs_to_draw, labels_of, of_attitude, other_panels
 from quadstep.report.sheet import Sheet, sheet
 
@@ -131,3 +132,35 @@ def test_a_torque_that_a_plant_calls_roll_is_no_angle():
     log = FlightLog({"t": "s", "roll": "N m", "pitch": "N m"}, np.stack([t] * 3, axis=1), Outcome.COMPLETED, 1.0, None)
     (job,) = flight_jobs(log, "A flight", {"roll": "N m", "pitch": "N m"})
     assert (job.name, [panel.label for panel in job.panels]) == ("inputs", ["roll", "pitch"])
+
+
+def test_what_happens_is_marked_over_time_and_named_where_there_is_room():
+    gust = {"velocity": [0.0, 1.0, 0.0], "start": 0.1, "length": 0.2}
+    events = [{"type": "payload", "time": 0.12, "mass": 0.001}, {"type": "rotor", "time": 0.4, "rotor": 1, "efficiency": 0.9}]
+    waypoints = [{"t": t, "position": [t, 0.0, 0.0]} for t in (0.0, 0.25, 0.5)]
+    path = {"type": "waypoints", "waypoints": waypoints}
+    mission = check_mission(REAL | {"wind": {"gust": gust}, "events": events, "path": path}, "mission")
+    log = fly(mission.plan())
+    (job,) = (one for one in mission.figures(log) if one.name == "position")
+    assert [one.word for one in job.moments] == ["payload", "rotor fault", "gust", "", "waypoint 2"]
+    shown = [axes for axes in job.picture().axes if axes.get_visible()]
+    for place, axes in enumerate(shown):  # two in each row
+        assert [line.get_xdata()[0] for line in axes.lines if len(line.get_xdata()) == 2] == [0.12, 0.4, 0.1, 0.25]
+        assert [one.get_text() for one in axes.texts] == (
+            [] if place >= 2 else ["payload", "rotor fault", "gust", "waypoint 2"]
+        )
+    lost = log._replace(outcome=Outcome.CRASHED, ended=0.2)
+    assert [one.word for one in mission.figures(lost)[0].moments] == ["lost", "payload", "gust"]
+
+
+def test_a_word_without_room_is_left_out_and_none_leaves_the_axes():
+    moments = [
+        EventMark(9.9, "", "last"),
+        EventMark(1.0, "", "a"),
+        EventMark(1.1, "", "b"),
+        EventMark(1.2, "", "c"),
+        EventMark(11.0, "", "d"),
+    ]
+    found = named(moments, 0.0, 10.0, 2.0)
+    assert [(one.word, row) for one, row, _ in found] == [("last", 0), ("a", 0), ("b", 1)]
+    assert all(0.0 <= begin <= 144.0 - 0.55 * 8.5 * len(one.word) for one, _, begin in found)

@@ -29,6 +29,7 @@ from quadstep.mission.tune import TuneSection
 from quadstep.numbers import Vector
 from quadstep.numbers.noise import key
 from quadstep.numbers.rotations import from_yaw_pitch_roll
+from quadstep.report.panel import EventMark
 from quadstep.vehicle.airframe_plant import Events, Payload, RotorFault
 from quadstep.vehicle.allocation import allocate
 from quadstep.vehicle.multirotor import AirframeLimits, AirframeParameters, Multirotor
@@ -58,7 +59,7 @@ class PayloadSection(LastingSection):
     """A point mass: it adds weight and inertia, and moves the centre of gravity."""
 
     type: Literal["payload"]
-    words: ClassVar = ("a payload was taken up", "a payload was released")
+    words: ClassVar = ("a payload was taken up", "a payload was released", "payload")
     mass: Annotated[Positive, Quantity("kg", "mass of the payload, a point mass")]
     position: Annotated[Triple, Quantity("m", "position of the payload in body axes")] = (0.0, 0.0, 0.0)
 
@@ -74,7 +75,7 @@ class CentreSection(LastingSection):
     """
 
     type: Literal["centre-of-gravity"]
-    words: ClassVar = ("the centre of gravity moved", "the centre of gravity moved back")
+    words: ClassVar = ("the centre of gravity moved", "the centre of gravity moved back", "shifted")
     shift: Annotated[Triple, Quantity("m", "shift of the centre of gravity in body axes")]
 
     def payloads(self, mass: float) -> list[Payload]:
@@ -89,7 +90,7 @@ class RotorFaultSection(Section):
     """A rotor that makes less thrust and torque than its speed should."""
 
     type: Literal["rotor"]
-    words: ClassVar = ("the fault of a rotor began", "")
+    words: ClassVar = ("the fault of a rotor began", "", "rotor fault")
     end: ClassVar = NEVER
     time: Annotated[NonNegative, Quantity("s", "start of the event")]
     rotor: Annotated[int, Field(ge=1), Quantity("", "number of the rotor, counted from 1")]
@@ -247,13 +248,14 @@ class MultirotorMission(Mission):
         return max(math.hypot(*mount.position) for mount in self.modelled.geometry.mounts)
 
     @property
-    def moments(self) -> list[tuple[float, str]]:
+    def moments(self) -> list[EventMark]:
         gust = self.wind.gust if isinstance(self.wind, WindSection) else None
-        found = [(gust.start, "the gust began"), (gust.start + gust.length, "the gust ended")] if gust else []
-        for event in self.events:
-            begins, ends = event.words
-            found += [(event.time, begins)] + [(event.end, ends)] * bool(ends)
-        return found
+        events = [(one.time, one.end, *one.words) for one in self.events]
+        if gust:
+            events.append((gust.start, gust.start + gust.length, "the gust began", "the gust ended", "gust"))
+        found = [EventMark(begin, began, word, end) for begin, end, began, _, word in events]
+        found += [EventMark(end, ended) for _, end, _, ended, _ in events]
+        return [*found, *super().moments]
 
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics = flight_metrics(log, self.score_from, arm=self.arm)

@@ -18,6 +18,7 @@ from quadstep.mission.data_files import ANGLE_UNITS, read_recording
 from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positive, Quantity, Section, Several, Triple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.numbers import Vector, vector
+from quadstep.report.panel import EventMark
 from quadstep.world.paths import DeclaredPath, MinimumJerk, MinimumJerkParameters, Orbit, OrbitParameters, Step, StepParameters
 from quadstep.world.pieces import LEAST_SPAN, Piecewise, near_recording, through_waypoints
 
@@ -70,6 +71,12 @@ class WaypointsPath(Section):
         times = np.array([waypoint.t for waypoint in self.waypoints])
         points = np.array([(*waypoint.position, waypoint.yaw) for waypoint in self.waypoints])
         return BuiltPath(Piecewise(), through_waypoints(times, points), float(times[-1]))
+
+
+def waypoints_of(path: Section) -> list[EventMark]:
+    """When a path is at its waypoints, if it has any."""
+    given = path.waypoints if isinstance(path, WaypointsPath) else []
+    return [EventMark(one.t, "", f"waypoint {place}") for place, one in enumerate(given, 1)]
 
 
 class CirclePath(Section):

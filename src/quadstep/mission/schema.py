@@ -32,11 +32,12 @@ from quadstep.mission.derived import ControllerSection, ModelledVehicle, with_us
 from quadstep.mission.fields import Name, NonNegative, Quantity, Section, plain, with_value
 from quadstep.mission.own_controller import law_named
 from quadstep.mission.own_thing import check_names, own_metrics
-from quadstep.mission.paths import AnyPath, BuiltPath
+from quadstep.mission.paths import AnyPath, BuiltPath, waypoints_of
 from quadstep.mission.read import check_mission
 from quadstep.mission.tune import TuneSection
 from quadstep.report.drawing import FigureJob
-from quadstep.report.panels import flight_jobs
+from quadstep.report.panel import EventMark
+from quadstep.report.panels import flight_jobs, seen_moments
 from quadstep.sensing.suite import Suite
 
 
@@ -237,14 +238,13 @@ class Mission(Section, metaclass=MissionMeta):
     def flight_metrics(self, log: FlightLog, grading: Grading = ungraded) -> tuple[Metrics, list[str]]:
         """The same, with metrics of the user's own and, where it is known, the grade of the loop at rest."""
         found, warnings = self.plant_metrics(log)
-        half = 0.5 * self.simulation.step
-        own = of_log(self.own_metrics, log, self.plant.columns, self.scored_from - half)
+        own = of_log(self.own_metrics, log, self.plant.columns, self.scored_from - 0.5 * self.simulation.step)
         for name in own.keys() & found.keys():
             raise UserError(f"metrics: {name}: every flight already has a metric of this name")
-        rest = dict(grading(self))
         none = [one.name for one in self.own_metrics if own[one.full_name] is None and len(log.rows)]
         more = [f"the metric {name} is not finite on this flight, so it has no value" for name in none]
-        return {**found, **own, **({AT_REST: rest} if rest else {})}, [*warnings, *more]
+        rest = {AT_REST: dict(grade)} if (grade := grading(self)) else {}
+        return {**found, **own, **rest}, [*warnings, *more]
 
     @property
     def cut(self) -> str:
@@ -264,12 +264,13 @@ class Mission(Section, metaclass=MissionMeta):
         return f"in the mission's flight, {together(reasons)}" if reasons else ""
 
     @property
-    def moments(self) -> list[tuple[float, str]]:
-        """When something happens to the vehicle [s], and what, in the past tense."""
-        return []
+    def moments(self) -> list[EventMark]:
+        """What happens to the vehicle, and where its path is; what matters most first."""
+        return waypoints_of(self.path)
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
-        return flight_jobs(log, self.name, self.plant.efforts)
+        seen = seen_moments(log, self.moments)
+        return [job._replace(moments=seen) for job in flight_jobs(log, self.name, self.plant.efforts)]
 
     def plan(self, folder: Path | None = None, warn: bool = True, drawn: bool = False) -> FlightPlan:
         """The flight this mission describes, as laws and numbers. Raises UserError.

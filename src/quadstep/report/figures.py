@@ -24,7 +24,8 @@ from quadstep.report.canvas import (
     thin,
     write,
 )
-from quadstep.report.panel import ASKED_FOR, LOG, SIGNED_LOG, STACKED, UNJUDGED, Panel, Track, seen_from
+from quadstep.report.moments import ROW, mark, rows_above
+from quadstep.report.panel import ASKED_FOR, LOG, SIGNED_LOG, STACKED, UNJUDGED, EventMark, Panel, Track, seen_from
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.units import label, prefixed, prose, suited
 
@@ -76,8 +77,12 @@ def beside(across: float, names: list[str]) -> int:
     return legend_columns(across + SPARE + SIDES, names, NAMES - (TOGETHER in names))
 
 
-def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: list[str] | None = None) -> None:
-    """Fill one set of axes; entries may be shorter than t (a flight that ended early). names: those of its legend."""
+def draw(
+    axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: list[str] | None = None, above: float = 0.0
+) -> None:
+    """Fill one set of axes; entries may be shorter than t (a flight that ended early). names: those of its legend, which has
+    `above` [in] below it.
+    """
     lines, name = panel.lines, label(panel.label)
     scale = panel.scale or (SIGNED_LOG if not panel.band and peaked(list(lines.values())) else "")
     base = None if scale or panel.band else steady(lines)
@@ -114,8 +119,8 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False, names: li
         return
     ncols = beside(axes.bbox.width / axes.figure.dpi, names)
     shown = axes.legend(
-        axes.get_legend_handles_labels()[0][: len(names)], names, loc="lower left", bbox_to_anchor=(0.0, 1.0),
-        borderaxespad=0.1, ncols=ncols, handlelength=2.2, columnspacing=1.2,
+        axes.get_legend_handles_labels()[0][: len(names)], names, loc="lower left", borderaxespad=0.1, ncols=ncols,
+        bbox_to_anchor=(0.0, 1.0 + above * axes.figure.dpi / axes.bbox.height), handlelength=2.2, columnspacing=1.2,
     )  # fmt: skip
     for text in shown.get_texts():  # above the lines
         text.set_parse_math(True)
@@ -151,29 +156,35 @@ def grid_alone(axes: Axes) -> None:
 
 def save(
     path: Path, t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, log_time: bool = False,
-    track: Track | None = None,
+    track: Track | None = None, moments: Sequence[EventMark] = (),
 ) -> None:  # fmt: skip
     """Write `path` in the sheet's formats: canvases print directly, as automatic layout would draw each four times."""
     with drawing(sheet):
-        write(laid_out(t, panels, columns, sheet, log_time, track), path, sheet)
+        write(laid_out(t, panels, columns, sheet, log_time, track, moments), path, sheet)
 
 
 def picture(
-    t: Numbers, panels: Sequence[Panel], columns: int = 1, log_time: bool = False, track: Track | None = None
-) -> Figure:
+    t: Numbers, panels: Sequence[Panel], columns: int = 1, log_time: bool = False, track: Track | None = None,
+    moments: Sequence[EventMark] = (),
+) -> Figure:  # fmt: skip
     """The same figure for who draws it with settings of their own: it keeps the looks that it has here."""
     sheet = Sheet()
     with drawing(sheet):
-        figure = laid_out(t, panels, columns, sheet, log_time, track)
+        figure = laid_out(t, panels, columns, sheet, log_time, track, moments)
         figure.draw_without_rendering()  # makes the ticks, which take their looks from the settings of that moment
     return figure
 
 
-def laid_out(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, log_time: bool, track: Track | None) -> Figure:
-    return track_figure(t, track, sheet) if track else arranged(t, panels, columns, sheet, log_time)
+def laid_out(
+    t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, log_time: bool, track: Track | None,
+    moments: Sequence[EventMark],
+) -> Figure:  # fmt: skip
+    return track_figure(t, track, sheet, moments) if track else arranged(t, panels, columns, sheet, log_time, moments)
 
 
-def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, log_time: bool) -> Figure:
+def arranged(
+    t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, log_time: bool, moments: Sequence[EventMark] = ()
+) -> Figure:
     """Panels over a shared time axis, filled column by column, with margins in inches."""
     columns = sheet.side_by_side(min(columns, len(panels)))
     rows = -(-len(panels) // columns)
@@ -185,16 +196,17 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
     high = [-(-len(one) // beside(across, one)) if one else 0 for one in names]
     below = max([one for place, one in enumerate(high) if place % rows], default=0)
     more, gap = 0.15 * max(0, max(high[::rows]) - 1), 0.15 * max(0, below - 1)
+    above = ROW / 72.0 * (rows_above(moments, float(t[0]), float(t[-1]), across) if len(t) and not log_time else 0)
     inner = (2.3 if rows == 1 else 1.25 if tight else 1.1 if below else 0.98) * rows - 0.17
-    top = (0.32 if max(high[::rows]) else 0.14) + more
+    top = (0.32 if max(high[::rows]) else 0.14) + more + above
     height = inner + 0.48 + top + gap * (rows - 1)
     apart = 0.25 if not below else 0.37 if not tight else 0.42
     apart += gap * (rows + apart * (rows - 1)) / inner  # of the height of a panel
     figure = Typeset(figsize=(width, height), dpi=sheet.dpi)
     figure.subplots_adjust(left / width, 0.48 / height, 1.0 - RIGHT / width, 1.0 - top / height, between / across, apart)
     grid = figure.subplots(rows, columns, sharex=rows > 1, squeeze=False)
-    for axes, panel, said in zip(grid.T.flat, panels, names, strict=False):
-        draw(axes, t, panel, log_time, said)
+    for place, (axes, panel, said) in enumerate(zip(grid.T.flat, panels, names, strict=False)):
+        draw(axes, t, panel, log_time, said, above * (place % rows == 0))
     for axes in grid.T.flat[len(panels) :]:
         axes.set_visible(False)
     for axes in grid.flat:
@@ -208,6 +220,8 @@ def arranged(t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, lo
         if not log_time:
             axes.xaxis.set_major_locator(MaxNLocator(8, steps=STEPS))
             axes.xaxis.set_major_formatter(plain())
+    for place, axes in enumerate(shown if above else []):
+        mark(axes, moments, words=place % rows == 0)
     for axes in shown:
         if axes not in lowest:
             grid_alone(axes)
@@ -222,12 +236,16 @@ DECADES = 20.0
 """Ratio of the largest distance to the usual one above which its axis is logarithmic."""
 
 
-def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
+def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet, moments: Sequence[EventMark] = ()) -> Figure:
     views = track.views
     narrow = bool(views) and sheet.side_by_side(1 + len(views), 2.2) < 1 + len(views)
     width = (PHONE, 6.8, COLUMN)[len(views)]
-    size = width, 2.4 if views else 1.7, 3.8 if narrow else 2.6 if views else 1.7
-    sides = (0.68 if views else 0.82) / width, 0.195 if views else 0.27, 1.0 - 0.12 / width, 0.88 if views else 0.96, 0.36
+    free, least = (0.24, 2.4) if views else (0.03, 1.7)  # above the axes
+    across = (width - 0.94) / (1.0 + 1.5 * len(views))
+    more = max(0.0, ROW / 72.0 * rows_above(moments, float(t[0]), float(t[-1]), across) - free)
+    tall = least + more
+    size = width, tall, 3.8 if narrow else 2.6 if views else 1.7
+    sides = (0.68 if views else 0.82) / width, 0.46 / tall, 1.0 - 0.12 / width, 1.0 - (free + 0.05 + more) / tall, 0.36
     figure = new_figure(sheet, size, *sides)
     *seen_from, errors = track_axes(figure, len(views), narrow)
     seen = track.distance > 0.0
@@ -244,6 +262,7 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet) -> Figure:
     errors.set_xlabel("time [s]")
     errors.xaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
     errors.xaxis.set_major_formatter(plain())
+    mark(errors, moments)
     errors.set_ylabel(f"{DISTANCE if views else SHORTER} [{unit}]" if sheet.width is None else f"distance [{unit}]")
     low, high = track.view
     for axes, (a, b) in zip(seen_from, views, strict=True):

@@ -42,6 +42,17 @@ class Panel(NamedTuple):
     band: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
 
+class EventMark(NamedTuple):
+    """When something happens in a flight [s]. what: happens to the vehicle, in the past tense, or nothing. word: for a figure,
+    or nothing where it is the end of what one has. until: it lasts [s].
+    """
+
+    time: float
+    what: str
+    word: str = ""
+    until: float = 0.0
+
+
 ROOM = 1.0
 """Margin around the desired path, in sizes of it: a flight that diverges leaves the view, and the path stays visible."""
 

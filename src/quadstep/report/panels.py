@@ -9,13 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.doors import Door
 from quadstep.metrics.quantities import position_axes, position_errors, rotor_columns, shorter_way
 from quadstep.metrics.registry import Metrics
 from quadstep.metrics.verdict import LEFT_PATH, FlightGrade, graded
 from quadstep.report.drawing import FigureJob
-from quadstep.report.panel import COMMANDED, Panel, Track
+from quadstep.report.panel import COMMANDED, EventMark, Panel, Track
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import listed, number, percent, quantity, suited, unit_suffix
 
@@ -248,6 +249,12 @@ def flight_jobs(log: FlightLog, name: str, efforts: Mapping[str, str] | None = N
     return [job for one in FIGURES.names for job in FIGURES.load(one)(log, name, efforts)]
 
 
+def seen_moments(log: FlightLog, moments: Sequence[EventMark]) -> tuple[EventMark, ...]:
+    """What figures over time mark: its loss, and of these moments those that it lived to see, but its start."""
+    lost = [EventMark(log.ended, "", "lost")] if log.outcome is not Outcome.COMPLETED else []
+    return *lost, *(one for one in moments if 0.0 < one.time < log.ended)
+
+
 def jobs_to_draw(jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
     """What is drawn of a flight's figures: all, or one of the sheet's signals, where it has panels of these."""
     if not sheet.signals or not jobs:
@@ -255,8 +262,9 @@ def jobs_to_draw(jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
     t = jobs[0].t
     alone = [job for job in jobs if not joins(job, t)]
     panels = sheet.chosen((job.name, panel.label, panel) for job in jobs if joins(job, t) for panel in job.panels)
-    one = [FigureJob("signals", of_others(panels, t), t, panels, min(2, len(panels)))] if panels else []
-    return [*sheet.chosen((job.name, job.name, job) for job in alone), *one]
+    said, columns = of_others(panels, t), min(2, len(panels))
+    one = [jobs[0]._replace(name="signals", caption=said, panels=panels, columns=columns, track=None)]
+    return [*sheet.chosen((job.name, job.name, job) for job in alone), *one * bool(panels)]
 
 
 def joins(job: FigureJob, t: NDArray[np.float64]) -> bool:

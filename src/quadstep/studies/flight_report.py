@@ -17,6 +17,7 @@ from quadstep.metrics.verdict import Case, FlightGrade, graded
 from quadstep.mission.listings import rounded, written
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
+from quadstep.report.panel import EventMark
 from quadstep.report.panels import SPOKEN, at, left_path
 from quadstep.studies.tuning.gains import filled_in
 
@@ -152,14 +153,14 @@ def of_log(log: FlightLog, metrics: Metrics, ending: Metrics | None = None) -> s
     return f"RMSE, largest errors and figures cover the log, whose last row is at {row}. {ended} metrics.json."
 
 
-def worst(log: FlightLog, since: float, moments: Sequence[tuple[float, str]] = ()) -> str:
+def worst(log: FlightLog, since: float, moments: Sequence[EventMark] = ()) -> str:
     """When a flight is farthest from its path, what had happened last, and where it should be, to follow that distance."""
     t, off = log.column("t"), np.linalg.norm(position_errors(log), axis=1)
     if not (t >= since).any():
         return ""
     place = int(np.where(t >= since, off, -1.0).argmax())
     there = ", ".join(f"{a} {units.number(float(log.column(f'{a}_d')[place]))}" for a in position_axes(log))
-    before, what = max(((when, what) for when, what in moments if 0.0 < when <= t[place]), default=(0.0, ""))
+    before, what = max(((when, what) for when, what, *_ in moments if what and 0.0 < when <= t[place]), default=(0.0, ""))
     after = f", {units.quantity(float(t[place]) - before, 's')} after {what}" if what else ""
     return f", at {at(t, place)}{after}, where the path is at {there} m"
 
@@ -236,7 +237,7 @@ def error_rows(metrics: Metrics, ending: Metrics | None = None) -> list[list[str
         largest = max((one[f"largest[{base}]"] for one in group(metrics, kind).values()), default=0.0)
         for axis, one in group(metrics, kind).items():
             values = [one[f"{key}[{base}]"] for key in ("rmse", "largest", "final")]
-            values += [missed(ending, axis, base)] * bool(ending)
+            values += [missed(ending, axis, base)] if ending else []
             unit, factor = units.suited(base, largest)
             if 0.0 < factor * max(values) < SMALL:
                 unit, factor = units.suited(base, max(values))

@@ -159,7 +159,7 @@ class Flight(FlightLog):
     def _jobs(self) -> list[FigureJob]:
         if len(self.rows) < 2:
             return []
-        return flight_jobs(self, self.name, self.plan.loop.plant.efforts)
+        return self.mission.figures(self) if self.mission else flight_jobs(self, self.name, self.plan.loop.plant.efforts)
 
 
 def fly(mission: Flyable, engine: Engine | str = Engine.LANES, progress: Advance | None = None) -> Flight:

@@ -243,7 +243,8 @@ def flown_verdict(name: str, plan: FlightPlan, log: FlightLog, says: list[str]) 
     """A disproof with the mission's own flight: how far it was off its path along each axis, in its log, and in the state that
     ended a lost one, which the log is without.
     """
-    axes, columns = plan.loop.plant.axes, ("axis", "flown off the path by")
+    axes = plan.loop.plant.axes
+    columns: tuple[str, ...] = ("axis", "flown off the path by")
     errors, t = log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes)), log.column("t")
     off = [np.abs(errors).max(axis=0)]
     last = np.array(tuple(plan.loop.plant.error(log.final.state, plan.loop.reference(log.ended, plan.parameters))))

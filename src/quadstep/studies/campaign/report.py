@@ -16,7 +16,7 @@ from quadstep.mission.schema import Mission
 from quadstep.report import markup
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
-from quadstep.report.panels import track_of
+from quadstep.report.panels import seen_moments, track_of
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign import key_text
 from quadstep.studies.campaign import report_text as text
@@ -279,7 +279,9 @@ def worst_section(of: ReportSubject, flown: pa.Table, again: Mapping[int, FlownA
         log, title = again[one.flight].log, text.of_flight(one, outcome, since)
         if log is not None and again[one.flight].drawable:
             name = f"flight-{one.flight}"
-            FigureJob(name, title, log.column("t"), [], track=track_of(log, begin)).draw(of.folder, of.sheet)
+            found = again[one.flight].replay
+            seen = seen_moments(log, found.mission.moments if found else ())
+            FigureJob(name, title, log.column("t"), [], track=track_of(log, begin), moments=seen).draw(of.folder, of.sheet)
             pictures.append(figure(name, f"{title}; shaded: not counted" if begin else title))
         else:
             why = f"cannot be replayed: {again[one.flight].reason}" if log is None else "it ended before it could be drawn"
