@@ -317,7 +317,7 @@ def test_a_student_submits_by_link_or_form_and_sees_the_board(room, port):
     assert re.search(r'<td>Group 2</td><td[^>]*>12.3.mm</td><td><b class="fair">.*? flew, but not as asked</b></td>', text)
     assert "Waiting to be flown" in text
     assert '<h2 id="submit">Submit</h2>' in text, "no level of headings is left out"
-    assert "The smallest position RMSE wins. Lost flights are not ranked." in text
+    assert "The smallest position RMSE of a flight as asked wins. Other flights are not ranked." in text
     assert "You may change only the <code>[controller]</code> table." in text and "code is never run" not in text
     room.members[other].waits = False
     assert "[controller]\nK_r1 = 3.0\n</textarea>" in ask(port, "/", other)[2]
@@ -431,6 +431,23 @@ def test_the_class_s_own_flight_is_to_be_beaten(room, port, monkeypatch):
         "", SubmissionResult("", "as asked", {room.ground.metric: 0.5 * room.own.numbers[room.ground.metric]})
     )
     assert "Beat" not in ask(port, "/", ada)[2], "what is beaten already"
+
+
+def test_a_flight_that_was_not_as_asked_is_not_ranked_and_all_rows_stand_by_value(room, port):
+    ada, other = room.members.values()
+    for grade, value in (("as asked", 0.03), ("flew, but", 0.001), ("as asked", 0.04)):
+        ada.counts("", SubmissionResult("", grade, {room.ground.metric: value}))
+    other.counts("", SubmissionResult("", "flew, but", {room.ground.metric: 0.002}))
+    room.own = SubmissionResult("", "as asked", {room.ground.metric: 0.035})
+    assert (ada.value, other.value, room.board()) == (0.03, 0.002, [ada])
+    token = list(room.members)[1]
+    text = ask(port, "/", token)[2]
+    rows = re.findall(r"<tr><td>(.)</td><td>(?:<[bi]>)?([^<]*)<", text.split('id="board"')[1])
+    assert rows[:3] == [("1", "Ada"), ("–", "the class's own gains"), ("–", "Group 2 (you)")]
+    assert "Your smallest: 2.00\u00a0mm, not ranked: none of your flights was as asked. The best of the class: 30.0" in text
+    room.own = room.own._replace(numbers={room.ground.metric: 0.025})
+    rows = re.findall(r"<tr><td>(.)</td><td>(?:<[bi]>)?([^<]*)<", ask(port, "/", token)[2].split('id="board"')[1])
+    assert [name for _, name in rows[:2]] == ["the class's own gains", "Ada"]
 
 
 def test_the_record_of_attempts_has_an_end_and_keeps_the_best(room, tmp_path):
@@ -576,6 +593,13 @@ def test_a_student_s_page_follows_the_class_and_keeps_what_is_written(room, port
         page.get_by_label("Change K_r1").click()
         chosen = page.evaluate("text.value.slice(text.selectionStart, text.selectionEnd)")
         assert (page.input_value("textarea"), chosen) == (becomes, "7.5" if "7.5" in text else "3.0")
+    page.goto(f"http://127.0.0.1:{port}/?law=completed-backstepping")
+    page.locator("#gains", has_text="Gains of completed-backstepping").wait_for()
+    page.locator(".gains button").first.click()
+    gain = page.locator(".gains td code").first.inner_text()
+    assert page.input_value("textarea").startswith('[controller]\ntype = "completed-backstepping"') and f"\n{gain} = " in page.input_value("textarea")
+    page.fill("textarea", "[controller]\nK_r1 = 3.0\n")
+    page.locator("#gains", has_text="Gains of backstepping").wait_for()
     page.context.clear_cookies()
     page.goto(f"http://127.0.0.1:{port}/?token={room.teacher}")
     page.click("summary")

@@ -1,5 +1,5 @@
-// A class's page: what changes follows without a reload, a button puts a gain into the field or a link into the clipboard, and a
-// submission that does not arrive leaves its text.
+// A class's page: what changes follows without a reload, the table of gains is of the controller that the field names, a button
+// puts a gain into the field or a link into the clipboard, and a submission that does not arrive leaves its text.
 (() => {
   const by = id => document.getElementById(id), form = document.forms[0];
   let next = 0;
@@ -49,11 +49,30 @@
     field.focus();
     field.setSelectionRange(start, start + lines[at].split("=")[1].split("#")[0].trim().length);
   };
-  for (const code of form ? document.querySelectorAll(".gains td code") : []) {
-    const button = document.createElement("button");
-    Object.assign(button, { type: "button", textContent: "Change", onclick: () => begin(code.textContent, code.closest("tr").cells[1].textContent) });
-    button.setAttribute("aria-label", `Change ${code.textContent}`);
-    code.after(button);
+  const offer = () => {
+    for (const code of document.querySelectorAll(".gains td code")) {
+      const button = document.createElement("button");
+      Object.assign(button, { type: "button", textContent: "Change", onclick: () => begin(code.textContent, code.closest("tr").cells[1].textContent) });
+      button.setAttribute("aria-label", `Change ${code.textContent}`);
+      code.after(button);
+    }
+  };
+  const laws = { [form?.dataset.law]: document.querySelector(".gains") };
+  let all;
+  const follow = async () => {
+    const named = [...by("text").value.matchAll(/^\s*type\s*=\s*["']([\w-]+)["']/gm)].map(one => one[1]);
+    if (named.some(one => one !== form.dataset.law)) all ??= new DOMParser().parseFromString(await (await fetch("/laws")).text(), "text/html");
+    for (const one of named) laws[one] ??= all?.querySelector(`[id="${one}"] .gains`);
+    const law = named.find(one => laws[one]) ?? form.dataset.law, shown = document.querySelector(".gains");
+    if (shown === laws[law]) return;
+    shown.replaceWith(laws[law]);
+    by("gains").textContent = `Gains of ${law}`;
+    if (!laws[law].querySelector("button")) offer();
+  };
+  if (form && by("gains")) {
+    offer();
+    by("text").addEventListener("input", () => follow().catch(() => {}));
+    follow().catch(() => {});
   }
   for (const button of document.querySelectorAll("[data-link]")) {
     button.hidden = false;

@@ -50,7 +50,7 @@ def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # 
         '<p id="offline" role="alert" hidden>The class does not answer. The board may be old; what you wrote stays here.</p>',
         student_news(room, member),
         '<div class="class"><section>', heading("Submit", "submit"),
-        f'<form method="post" action="/submit"><label for="text">Lines that begin with # show the defaults and change '
+        f'<form method="post" action="/submit" data-law="{room.mission.controller.type}"><label for="text">Lines that begin with # show the defaults and change '
         f'nothing: write one without # to change a number{more}. '
         f'What you leave out is as in <a href="/mission.toml">the class\'s mission</a>. You may change only '
         f'{only(room.ground)}.</label><textarea id="text" name="{FIELD}" rows="16" spellcheck="false">\n'
@@ -58,8 +58,8 @@ def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # 
         '<button>Submit</button> <a href="/try">Try gains on the live page first</a> '
         '<span id="answer" role="status"></span></form>',
         "</section><section>", heading("Board", "ranking"),
-        f"<p>The smallest {escape(words)} wins. Lost flights are not ranked.</p>", board(room, member), "</section></div>",
-        heading(f"Gains of the class's controller, {room.mission.controller.type}", "gains", escape) if gains else "", gains,
+        f"<p>The smallest {escape(words)} of a flight as asked wins. Other flights are not ranked.</p>", board(room, member), "</section></div>",
+        heading(f"Gains of {room.mission.controller.type}", "gains", escape) if gains else "", gains,
         heading("Your attempts", "history"), attempts(member, "/mine"),
     ]  # fmt: skip
     return page_text(room.mission.name, [*body, SCRIPT], "Class", STYLE)
@@ -94,7 +94,9 @@ def student_news(room: Room, member: Member) -> str:
     waiting = f' data-waits="yes">{escape(member.message)}' if member.waits else f">{escape(member.message)}"
     first = "" if not ranked or ranked[0] is member else f" The best of the class: {shown(room, ranked[0])}."
     rank = f"Your best: {shown(room, member)}, rank {place(ranked, member)} of {len(ranked)}." if member in ranked else ""
-    best = paragraph(f"{rank}{first}", str) if ranked else ""
+    if member.best and not member.ranked:
+        rank = f"Your smallest: {shown(room, member)}, not ranked: none of your flights was as asked."
+    best = paragraph(f"{rank}{first}", str) if rank or first else ""
     return f'<div id="said">{path}<div>{task}<p role="status"{waiting}</p>{best}</div></div>'
 
 
@@ -124,24 +126,33 @@ def place(ranked: list[Member], member: Member) -> int:
 
 def board(room: Room, me: Member | None = None) -> str:
     """Who is best; to the teacher, for whom `me` is None, also who has sent nothing."""
-    ranked = room.board()
-    others = [one for one in room.members.values() if one not in ranked and (me is None or one.latest)]
-    rows: list[list[Cell]] = []
-    for one in [*ranked, *others]:
+    ranked, rows = room.board(), list[tuple[tuple[int, float], list[Cell]]]()
+    for one in sorted(room.members.values(), key=lambda one: one.name):
+        if me and not one.latest:
+            continue
         shown_attempt = one.best or one.latest or (one.attempts[-1] if one.attempts else None)
         name = escape(one.name) if me else f'<a href="#{anchor(room, one)}">{escape(one.name)}</a>'
         cells = (when(shown_attempt.at), grade(shown_attempt)) if shown_attempt else ("", "nothing sent")
         count = f"{one.attempts[-1].number}" if one.attempts else "0"
         rank = f"{place(ranked, one)}" if one in ranked else "–"
         mine = (lambda text: f"<b>{text}</b>") if one is me else str
-        rows.append([rank, mine(f"{name} (you)" if one is me else name), (mine(shown(room, one) or "–"), "number"), cells[1],
-                     cells[0], (count, "number")])  # fmt: skip
+        row = [rank, mine(f"{name} (you)" if one is me else name), (mine(shown(room, one) or "–"), "number"), cells[1],
+               cells[0], (count, "number")]  # fmt: skip
+        rows.append((order(shown_attempt.grade if shown_attempt else "", one.value), row))
     words = escape(units.metric(room.ground.metric)[0])
     header = ("rank", "student", words, "grade", "flown", "attempts")
     if room.own.grade:
-        rows.append(["–", "<i>the class's own gains</i>", (own_number(room), "number"), grade_mark(room.own.grade), "", ""])
+        own = ["–", "<i>the class's own gains</i>", (own_number(room), "number"), grade_mark(room.own.grade), "", ""]
+        rows.append((order(room.own.grade, room.own.numbers.get(room.ground.metric)), own))
     none = "" if any(one.best for one in room.members.values()) else "<p>Nobody has flown it yet.</p>"
-    return f'<div id="board">{none}{table(header, rows, str) if rows else ""}</div>'
+    sorted_rows = [row for _, row in sorted(rows, key=lambda one: one[0])]
+    return f'<div id="board">{none}{table(header, sorted_rows, str) if rows else ""}</div>'
+
+
+def order(grade: str, value: float | None) -> tuple[int, float]:
+    """By what rows of the board are sorted: flights as asked, other completed flights, the rest; in each the least first."""
+    kinds = (FlightGrade.AS_ASKED, FlightGrade.FLEW_BUT)
+    return (kinds.index(grade), value or 0.0) if grade in kinds else (len(kinds), 0.0)
 
 
 def own_number(room: Room) -> str:

@@ -114,8 +114,14 @@ class Member:
 
     @property
     def best(self) -> Attempt | None:
-        ranked = [(value, one.number, one) for one in self.attempts if (value := self.value_of(one)) is not None]
-        return min(ranked)[2] if ranked else None
+        """One that flew as asked, if there is any: of these, or else of all, the one with the least value."""
+        flown = [one for one in self.attempts if self.value_of(one) is not None]
+        return min(flown, key=lambda one: (one.grade != FlightGrade.AS_ASKED, self.value_of(one), one.number), default=None)
+
+    @property
+    def ranked(self) -> bool:
+        """Whether it has a flight as asked: one that tumbled, say, may have a small error, too."""
+        return self.best is not None and self.best.grade == FlightGrade.AS_ASKED
 
     @property
     def value(self) -> float | None:
@@ -253,7 +259,7 @@ class Room:
 
     def board(self) -> list[Member]:
         """Who has a flight that is ranked, the best first."""
-        return sorted((one for one in self.members.values() if one.best), key=lambda one: (one.value, one.name))
+        return sorted((one for one in self.members.values() if one.ranked), key=lambda one: (one.value, one.name))
 
 
 def restored(member: Member) -> Member:
