@@ -597,7 +597,9 @@ def test_a_student_s_page_follows_the_class_and_keeps_what_is_written(room, port
     page.locator("#gains", has_text="Gains of completed-backstepping").wait_for()
     page.locator(".gains button").first.click()
     gain = page.locator(".gains td code").first.inner_text()
-    assert page.input_value("textarea").startswith('[controller]\ntype = "completed-backstepping"') and f"\n{gain} = " in page.input_value("textarea")
+    assert page.input_value("textarea").startswith(
+        '[controller]\ntype = "completed-backstepping"'
+    ) and f"\n{gain} = " in page.input_value("textarea")
     page.fill("textarea", "[controller]\nK_r1 = 3.0\n")
     page.locator("#gains", has_text="Gains of backstepping").wait_for()
     page.context.clear_cookies()

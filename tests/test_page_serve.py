@@ -31,7 +31,7 @@ from quadstep.page.folder import manifest, names_files, open_result, plan_again,
 from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
 from quadstep.report.drawing import FigureJob
-from quadstep.report.markup import Fact, page_text, summary
+from quadstep.report.markup import Fact, disclosure, heading, page_text, summary, table
 from quadstep.report.panel import Panel
 from quadstep.report.sheet import Sheet, sheet
 from quadstep.studies.advise import advise, advise_dropped
@@ -535,13 +535,35 @@ def test_of_two_campaigns_the_numbers_that_their_reports_begin_with_stand_beside
     assert "neither has numbers to compare" in text and "only their numbers" not in text
 
 
+def test_two_reports_of_a_kind_are_compared_by_the_values_of_their_tables_and_not_by_their_json(tmp_path):
+    for name, gain, delay in (("a", "2.5", "51.7"), ("b", "7.25", "23.8")):
+        (tmp_path / name).mkdir()
+        content = {"name": name, "grade": "sound", "tuned": {"controller.k_x": float(gain)}, "seed": 1}
+        (tmp_path / name / "metrics.json").write_text(json.dumps(content))
+        gains = table(("gain", "current", "tuned", ""), [("K_r1 [N s/m]", "3.0", gain, ""), ("k_v", "3.0", "3.0", "")])
+        loops = table(("", "phase [°]", "delay [ms]"), [("roll", "44.7", delay), ("yaw", "50", "60")])
+        flights = table(("flight", "RMSE"), [("17", f"{gain} m"), (f"{gain} of them", "1 m")])
+        own = disclosure("Where it was flown", table((), [("mission", f"{name}.toml")]))
+        parts = [heading("The gains", "g"), gains, heading("Margins", "m"), loops, heading("Flights", "f"), flights, own]
+        page = page_text(name, [summary(f"Answer {name}.", [Fact("succeed", f"{gain} %")]), *parts], "tuning")
+        (tmp_path / name / "report.html").write_text(page)
+    text = answer(tmp_path, "/compare?a=a&b=b").text
+    assert "<td>K<sub>r1</sub> [N s/m]: tuned</td><td>2.5</td><td>7.25</td>" in text
+    told = plain(text.split("What their reports say first</h2>")[1])
+    assert "answer Answer a. Answer b. loop at rest sound sound succeed 2.5 % 7.25 %" in told
+    assert "Margins a b roll: delay [ms] 51.7 23.8" in told and "Where it was flown a b mission a.toml b.toml" in told
+    assert not any(one in told for one in ("k_v", "yaw", "17", "seed", "k_x", "of them", "second / first"))
+    assert '<b class="good"><span aria-hidden="true">✓</span> sound</b>' in answer(tmp_path, "/").text
+
+
 def test_the_numbers_of_a_row_have_one_unit_and_a_lost_flight_s_last_state_is_no_row(tmp_path):
     spoilt(tmp_path / "a", name="a", **{"attitude": {"psi": {"rmse[rad]": 0.0004}}})
     spoilt(tmp_path / "b", name="b", **{"attitude": {"psi": {"rmse[rad]": 0.03}}, "ending": {"x[m]": 17.3}})
     text = answer(tmp_path, "/compare?a=a&b=b").text
     assert "0.0229°" in text and "1.72°" in text and "mrad" not in text
-    assert row("position.x.rmse[m]", 7.476e-8, 0.039)[:2] == ["0.0748\u00a0µm", "39.0\u00a0mm"]
-    assert row("position.x.rmse[m]", 0.0039, 0.039)[:2] == ["3.90\u00a0mm", "39.0\u00a0mm"]
+    assert row("position.x.rmse[m]", 7.476e-8, 0.039, 0.039)[:2] == ["0.0748\u00a0µm", "39.0\u00a0mm"]
+    assert row("position.x.rmse[m]", 1e-5, 2e-5, 0.039)[:2] == ["0.0100\u00a0mm", "0.0200\u00a0mm"], "as its y, of 39 mm"
+    assert row("position.x.rmse[m]", 0.0039, 0.039, 0.039)[:2] == ["3.90\u00a0mm", "39.0\u00a0mm"]
     assert "ending" not in text
 
 

@@ -93,7 +93,7 @@ def picture(result: ResultFolder) -> str:
 
 MARKS = {
     "as asked": ("good", "✓", "as asked"), "flew, but": ("fair", "!", "flew, but not as asked"), "lost": ("bad", "✕", "lost"),
-    "fragile": ("fair", "!", "fragile"), "unstable": ("bad", "!", "unstable at rest"),
+    "sound": ("good", "✓", "sound"), "fragile": ("fair", "!", "fragile"), "unstable": ("bad", "!", "unstable at rest"),
 }  # fmt: skip
 """Of a grade, of a flight or of its loop: its colour, its sign, and what it is called where no reason follows it."""
 

@@ -20,8 +20,9 @@ from quadstep.metrics.verdict import FlightGrade, scalars
 from quadstep.mission import fields
 from quadstep.mission.sensing import SensorsSection
 from quadstep.page.cards import best, picture
-from quadstep.page.folder import ResultFolder, grade, loop_grade, name_in, outcome, read_log, scored_from, section
+from quadstep.page.folder import REPORT, ResultFolder, grade, loop_grade, name_in, outcome, read_log, scored_from, section
 from quadstep.page.model import identity
+from quadstep.page.report_tables import differences
 from quadstep.page.thumbnails import COLOURS
 from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
@@ -37,8 +38,8 @@ RMSE = "position_rmse[m]"
 STYLE = """<style>
 .two { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 12px; }
 .two figure { margin: 0; }
-.two .drawn { flex: 1 1 100%; } .two img { width: 100%; max-width: 100%; max-height: 20rem; object-fit: contain; }
-.two img[src^="/thumb"] { background: none; } .two figcaption::before { content: none; }
+.two img { width: 100%; max-width: 100%; max-height: 20rem; object-fit: contain; }
+.two img[src^="/thumb"], .two img[src^="/panel"] { background: none; }
 .two i { display: inline-block; width: 26px; border-top: 3px solid; margin: 0 6px 4px 0; } .two a + i { margin-left: 18px; }
 .two i.orange { border-top-style: dashed; } .two i.band { border-width: 8px; opacity: .26; margin-bottom: 2px; }
 </style>"""
@@ -53,10 +54,17 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     same = all(one.get("overturned[rad]") == one.get("largest_tilt[rad]") for one in (first, second))
     every = [key for key in dict.fromkeys([*first, *second]) if not (same and key == "overturned[rad]")]
     keys = [key for key in every if not first.get(key) == second.get(key) == 0.0]
+    flights = all("flight.csv" in one.files for one in results)
+    if not flights and all(REPORT in one.files for one in results):
+        keys = every = []
     header = ("", *names, "second / first")[: 3 if unlike or not keys else 4]
     rows = [*grades(*contents)] if header[-1] == names[-1] else [[*one, "–"] for one in grades(*contents)]
-    rows += [[words(key), *row(key, first.get(key), second.get(key))][: len(header)] for key in keys[:MOST_ROWS]]
-    rows += [] if keys else reported(*results)
+    sizes = group_sizes(first, second)
+    rows += [
+        [words(key), *row(key, first.get(key), second.get(key), sizes[group(key)])][: len(header)] for key in keys[:MOST_ROWS]
+    ]
+    told = [] if keys else reported(*results)
+    rows += told
     errors = [
         markup.Fact(f"{name}: position RMSE", units.quantity(one.rmse, "m"), flew and f"controller: {flew}")
         for name, one, flew in zip(names, results, map(controller, contents), strict=True) if one.rmse is not None
@@ -64,7 +72,6 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     body = [markup.summary(unlike or conditions(*contents) + answer(quoted, first, second, bool(rows)), errors)]
     places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
     pages = [f'<a href="{escape(best(one))}">{escape(name)}</a>' for one, name in zip(results, names, strict=True)]
-    flights = all("flight.csv" in one.files for one in results)
     if flights and not (things := different(*contents)):
         front, behind = (name_in(content, one.place.name) for one, content in zip(results, contents, strict=True))
         behind = identity(behind, (identity(front, ()),))
@@ -78,19 +85,31 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         body.append(markup.links([(f"/both?{places}#keep={behind}", "Both flights, overlaid, live")]))
     else:
         drawn = zip(map(picture, results), pages, strict=True)
-        shown = "".join(
-            f'<figure><div class="drawn">{one}</div><figcaption>{page}</figcaption></figure>' for one, page in drawn
-        )
+        shown = "".join(f"<figure>{one}<figcaption>{page}</figcaption></figure>" for one, page in drawn)
         body.append(f'<div class="two">{shown}</div>')
         if flights:
             body.append(markup.links([(f"/both?{places}", "Both flights on one page")]))
             body.append(markup.paragraph(f"They fly different {things}, so they are not overlaid."))
+    rows = [["answer", *(one.says or "–" for one in results)], *rows] if told else rows
     body += [markup.heading("All numbers" if keys else "What their reports say first", "numbers")] if rows else []
-    body += [markup.table(header, rows, escape)] if rows else []
+    body += [markup.table(header, rows, units.rich if told else escape)] if rows else []
     body += [markup.paragraph("Metrics that are 0 in both are omitted.")] if len(keys) < len(every) else []
+    body += [] if keys or not rows else differing_tables(names, *(root / one.place for one in results))
     return markup.page_text(
         f"{names[0]} and {names[1]}", [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE
     )
+
+
+def differing_tables(names: list[str], *folders: Path) -> list[str]:
+    """Sections: what the tables of two reports say differently."""
+    with suppress(UserError, OSError):
+        found = differences(*folders)
+        anchors = [f"differs-{number}" for number in range(len(found))]
+        headings = (markup.heading(title, anchor) for title, anchor in zip(found, anchors, strict=True))
+        tables = (markup.table(("", *names), rows[:MOST_ROWS]) for rows in found.values())
+        said = [markup.paragraph("Below is what both reports' tables have with different values.")] if found else []
+        return [*said, *(part for both in zip(headings, tables, strict=True) for part in both)]
+    return []
 
 
 def grades(*contents: Metrics) -> list[list[str]]:
@@ -259,9 +278,23 @@ def words(key: str) -> str:
     return re.sub(r"\b(\w+),? \1\b", r"\1", said)
 
 
-def row(key: str, first: float | None, second: float | None) -> list[str]:
+def row(key: str, first: float | None, second: float | None, largest: float) -> list[str]:
+    """Both values and their ratio. largest: of the group, whose unit they have."""
     _, unit = units.metric(key)
-    largest = max(abs(one or 0.0) for one in (first, second))
     shown = ["–" if one is None else value(one, unit, largest) for one in (first, second)]
     ratio = units.number(second / first) if first and second is not None else "–"
     return [*shown, ratio]
+
+
+def group(key: str) -> tuple[str, str]:
+    """What the rows of x, y and z share, or those of yaw, pitch and roll, whose numbers have one unit."""
+    first, *_, last = key.split(".", 2) if key.count(".") > 1 else (key, "")
+    return first, last
+
+
+def group_sizes(*sides: dict[str, float]) -> dict[tuple[str, str], float]:
+    """The largest number of each group."""
+    found: dict[tuple[str, str], float] = {}
+    for key, one in (pair for side in sides for pair in side.items()):
+        found[group(key)] = max(abs(one), found.get(group(key), 0.0))
+    return found

@@ -184,8 +184,9 @@ def scored_from(content: dict[str, object]) -> float:
 
 
 def loop_grade(content: dict[str, object]) -> str:
-    word = section(content, AT_REST).get("grade")
-    return word if isinstance(word, str) else ""
+    """Of a flight's loop at rest, or of the loop that a result is of."""
+    word = section(content, AT_REST).get("grade", content.get("grade"))
+    return word if isinstance(word, str) and word not in {*FlightGrade} else ""
 
 
 def grade(content: dict[str, object]) -> str:

@@ -50,7 +50,8 @@ def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # 
         '<p id="offline" role="alert" hidden>The class does not answer. The board may be old; what you wrote stays here.</p>',
         student_news(room, member),
         '<div class="class"><section>', heading("Submit", "submit"),
-        f'<form method="post" action="/submit" data-law="{room.mission.controller.type}"><label for="text">Lines that begin with # show the defaults and change '
+        f'<form method="post" action="/submit" data-law="{room.mission.controller.type}">'
+        f'<label for="text">Lines that begin with # show the defaults and change '
         f'nothing: write one without # to change a number{more}. '
         f'What you leave out is as in <a href="/mission.toml">the class\'s mission</a>. You may change only '
         f'{only(room.ground)}.</label><textarea id="text" name="{FIELD}" rows="16" spellcheck="false">\n'
@@ -58,7 +59,8 @@ def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # 
         '<button>Submit</button> <a href="/try">Try gains on the live page first</a> '
         '<span id="answer" role="status"></span></form>',
         "</section><section>", heading("Board", "ranking"),
-        f"<p>The smallest {escape(words)} of a flight as asked wins. Other flights are not ranked.</p>", board(room, member), "</section></div>",
+        f"<p>The smallest {escape(words)} of a flight as asked wins. Other flights are not ranked.</p>",
+        board(room, member), "</section></div>",
         heading(f"Gains of {room.mission.controller.type}", "gains", escape) if gains else "", gains,
         heading("Your attempts", "history"), attempts(member, "/mine"),
     ]  # fmt: skip
@@ -136,13 +138,20 @@ def board(room: Room, me: Member | None = None) -> str:
         count = f"{one.attempts[-1].number}" if one.attempts else "0"
         rank = f"{place(ranked, one)}" if one in ranked else "–"
         mine = (lambda text: f"<b>{text}</b>") if one is me else str
-        row = [rank, mine(f"{name} (you)" if one is me else name), (mine(shown(room, one) or "–"), "number"), cells[1],
-               cells[0], (count, "number")]  # fmt: skip
-        rows.append((order(shown_attempt.grade if shown_attempt else "", one.value), row))
+        value: Cell = (mine(shown(room, one) or "–"), "number")
+        row = [rank, mine(f"{name} (you)" if one is me else name), value, cells[1], cells[0], (count, "number")]
+        rows.append((order(shown_attempt.grade if shown_attempt else "", one.value), [*row]))
     words = escape(units.metric(room.ground.metric)[0])
     header = ("rank", "student", words, "grade", "flown", "attempts")
     if room.own.grade:
-        own = ["–", "<i>the class's own gains</i>", (own_number(room), "number"), grade_mark(room.own.grade), "", ""]
+        own: list[Cell] = [
+            "–",
+            "<i>the class's own gains</i>",
+            (own_number(room), "number"),
+            grade_mark(room.own.grade),
+            "",
+            "",
+        ]
         rows.append((order(room.own.grade, room.own.numbers.get(room.ground.metric)), own))
     none = "" if any(one.best for one in room.members.values()) else "<p>Nobody has flown it yet.</p>"
     sorted_rows = [row for _, row in sorted(rows, key=lambda one: one[0])]
