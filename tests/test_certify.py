@@ -20,7 +20,7 @@ from quadstep.proofs.certify.certificate import certify_plan, check_path, error_
 from quadstep.proofs.certify.history import fit_all, recall, residual_bound, targets, weight_bound
 from quadstep.proofs.certify.lyapunov import conditions, matrices
 from quadstep.proofs.certify.output import record
-from quadstep.proofs.certify.standing import answer, contradicting, culprit, decision, kind, of_ball, standing
+from quadstep.proofs.certify.standing import answer, contradicting, culprit, facts, kind, of_ball, standing
 from quadstep.proofs.plain import dot, lengths
 from quadstep.vehicle.paper import acceleration, derivative, disturb
 from quadstep.world.paths import MinimumJerk
@@ -201,13 +201,24 @@ def test_the_coupling_bound_is_where_the_form_stops_being_positive_definite():
     assert "coupling" in k.broken()[0]
 
 
+def test_a_repair_repairs_the_coupling_condition():
+    k = level(K_r2=6.0, Lambda2=0.5)
+    k = k._replace(thrust=3.7 * k.thrust_bound)
+    (said,) = k.repairs()
+    times = float(re.findall(r"(\S+) times as large", said)[0])
+    assert times == pytest.approx(3.7, rel=1e-2)
+    times *= 1.0 + 1e-9
+    mended = 2.0 * k.l_2 * np.sqrt(times * k.k_1 * times * k.k_2)
+    assert k._replace(thrust_bound=float(mended), k_1=times * k.k_1, k_2=times * k.k_2).repairs() == []
+
+
 def test_a_flight_that_starts_outside_b_r_and_falls_there_is_sign_consistent():
     c = certify_plan(still(start={"attitude": [0.5, 0.0, 0.0]}))
     assert kind(c) == "sign consistent"
     assert c.outside.sum() > 0
     assert c.entered > 0
     assert answer(c).startswith("This flight agrees with Theorem 5.1: its conditions hold, and L fell at each of the")
-    assert decision(c) == ("agrees", "L_dot < 0", f"at all {c.outside.sum()} samples outside b_r")
+    assert facts(c)[2][1:3] == ("fell", f"L_dot < 0 at all {c.outside.sum()} samples outside b_r")
 
 
 def test_a_flight_that_enters_the_ball_and_leaves_it_again_is_told_so():
@@ -247,13 +258,14 @@ def test_the_other_verdicts_have_their_numbers():
     c = rich()
     assert kind(c) == "untested"
     assert f"{c.r.max():.4g} <= {c.b_r:.4g}" in of_ball(c)
-    assert decision(c)[:2] == ("not tested", "|r| <= b_r")
+    assert facts(c)[2][1:3] == ("not tested", "no sample is there")
     broken = c._replace(conditions=level(K_r2=75.0))
     assert kind(broken) == "conditions broken"
     assert "What fails: K_r2 - J_M max(Lambda2) = 0 N m s in psi with J_M = 5, not above 0;" in answer(broken)
-    assert decision(broken) == ("not tested", "K_r2 - J_M max(Lambda2)", "0 N m s in psi with J_M = 5, not above 0")
+    assert facts(broken)[0][1] == "violated"
+    assert "What would repair it, at this thrust and these attitudes: a larger K_r2 or a smaller Lambda2." in answer(broken)
     lost = answer(c._replace(outcome=Outcome.SPINNING, ended=3.5))
-    assert lost.startswith("The flight was lost at 3.5 s; up to 4 s it is no test of Theorem 5.1: its conditions hold, but")
+    assert lost.startswith("The flight was lost at 3.5 s; up to 4 s it meets the conditions of Theorem 5.1 but does not test")
     assert "does test it" not in lost  # which flies as it should not, whatever it is told
 
 
@@ -268,7 +280,9 @@ def test_a_flight_whose_coupling_raises_l_outside_the_ball_contradicts_the_theor
     assert np.all(c.r[at] > c.b_r_printed)
     assert np.all((c.lyapunov.rate - c.lyapunov.coupling)[at] < 0.0)
     assert culprit(c) == "coupling"
-    assert decision(c) == ("contradicted", "coupling", f"at {at.sum()} of {c.outside.sum()} samples outside b_r")
+    assert facts(c)[0][1] == "violated"
+    assert f"At {at.sum()} of the {c.outside.sum()} samples outside the ball b_r, L_dot" in answer(c)
+    assert "mostly because of the omitted coupling" in answer(c)
     assert "contradicts Theorem 5.1: its printed conditions hold" in answer(c)
     within = c._replace(b_r_printed=float(c.r.max()))
     assert standing(within) == "conditions broken"  # as printed, nothing is promised there

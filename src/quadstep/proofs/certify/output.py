@@ -1,13 +1,13 @@
 """A certificate as JSON and as tables."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from quadstep.metrics.reductions import rmse
 from quadstep.metrics.statistics import finite
 from quadstep.proofs.certify.certificate import FlightCertificate
-from quadstep.proofs.certify.standing import TERMS, answer, kind, work
+from quadstep.proofs.certify.standing import TERMS, answer, kind, standing, work
 from quadstep.proofs.plain import Mask, lengths
 from quadstep.report import markup, units
 
@@ -130,10 +130,28 @@ def mark(here: float, anywhere: float = np.inf) -> tuple[str, str]:
     return ("holds", "holds") if anywhere > 0.0 else ("on this flight only", "open")
 
 
-def tables(c: FlightCertificate) -> tuple[list[list[markup.Cell]], list[list[str]], list[list[str]]]:
-    """Rows of text: the conditions on this flight, at any attitude and as asked; of the ball, value and bound; of the checks,
-    value.
+NOT_JUDGED = ("not judged", "open")
+
+ROUNDING = 1e-9
+"""Two ways to L_dot that are the same in exact arithmetic differ by less, as a share."""
+
+
+class Tables(NamedTuple):
+    """Rows of text. conditions: on this flight, at any attitude, as asked, and whether that holds; ball: value, bound and
+    whether that is kept; then value by value: what changed L, how three ways to L_dot agree, what other definitions of the
+    ideal weights and the printed formulas give, and the coupling beside the damping.
     """
+
+    conditions: list[list[markup.Cell]]
+    ball: list[list[markup.Cell]]
+    changes: list[list[markup.Cell]]
+    ways: list[list[markup.Cell]]
+    others: list[list[markup.Cell]]
+    coupling: list[list[markup.Cell]]
+
+
+def tables(c: FlightCertificate) -> Tables:
+    """In the order in which they are needed, what is judged before what is not."""
     k, full = c.conditions, record(c)
     nets, flight, rate, coupling = full["nets"], full["flight"], full["lyapunov"], full["coupling"]
     plain, work, fell = nets["least_squares"], rate["work[J]"], rate["share_falling_outside_b_r"]
@@ -141,46 +159,57 @@ def tables(c: FlightCertificate) -> tuple[list[list[markup.Cell]], list[list[str
     ridges = " and ".join("infinite" if ridge is None else f"{ridge:g}" for ridge in nets["ridges"])
     until = f" up to {c.until:.3g} s" if len(c.later) else ""
     printed, corrected = min(k.printed_anywhere), min(k.corrected_anywhere)
-    conditions: list[list[markup.Cell]] = [
-        ["smallest K_r1 - m Lambda1", brief(k.k_1, "N s/m"), "", "> 0", mark(k.k_1)],
-        ["smallest K_r2 - J_M Lambda2, as printed", brief(min(k.printed_visited), "N m s"), brief(printed, "N m s"), "> 0",
-         mark(min(k.printed_visited), printed)],
-        ["smallest K_r2 - J_M max(Lambda2), as corrected", brief(k.k_2, "N m s"), brief(corrected, "N m s"), "> 0",
-         mark(k.k_2, corrected)],
-        ["largest thrust that the coupling condition allows", brief(k.thrust_bound, "N"), brief(k.thrust_bound_anywhere, "N"),
-         f"> {k.thrust:.4g} N, the largest flown{until}",
-         mark((k.thrust_bound or 0.0) - k.thrust, (k.thrust_bound_anywhere or 0.0) - k.thrust)],
-        ["J_M, largest eigenvalue of J", brief(k.j_visited, "kg m^2"), brief(k.j_anywhere, "kg m^2"), "", ""],
-        ["K_min, smallest eigenvalue of K_v", brief(k.k_min, "N s/m" if k.k_1 < k.k_2 else "N m s"), "", "> 0", mark(k.k_min)],
-    ]  # fmt: skip
-    ball = [
-        ["W_B of the ideal weights [N, N m]", brief(c.weight_bound), ""],
-        ["eps_N of the ideal weights [N, N m]", brief(c.residual_bound), ""],
-        [f"largest |r|{until} [m/s, rad/s]", brief(flight["largest_r"]), f"b_r = {brief(c.b_r)}"],
-        *([["largest |r| later, not judged [m/s, rad/s]", brief(c.later.max()), ""]] if len(c.later) else []),
-        ["end of the transient, the first |r| <= b_r", ends, ""],
-        *([["largest |r| after the transient [m/s, rad/s]", brief(flight["largest_r_after_transient"]),
-           f"b_r = {brief(c.b_r)}"]]
-          if c.entered else []),
-        ["largest |W_tilde| [N, N m]", brief(flight["largest_W_tilde"]), f"b_w = {brief(c.b_w)}"],
-        [f"samples outside b_r{until}", f"{rate['samples_outside_b_r']} of {len(c.r)}", ""],
-        *([["L_dot < 0 on these", f"{100.0 * fell:.4g} %", "100 %"]] if fell is not None else []),
-        *([f"L, {when}", joules(rate[key], rate["largest[J]"]), ""]
-          for when, key in (("at first", "first[J]"), (f"largest{until}", "largest[J]"), (f"last{until}", "last[J]"))),
-    ]  # fmt: skip
-    checks = [
-        ["K_min, as printed", brief(k.k_min_printed)],
-        ["b_r, as printed", brief(c.b_r_printed)],
-        *([["ridges of the fits of the two nets' ideal weights", ridges]] if c.ideal.used else []),
-        ["W_B by least squares, without a ridge", brief(plain["W_B"])],
-        ["eps_N by least squares", brief(plain["eps_N"])],
-        ["b_r by least squares", brief(plain["b_r"])],
-        *([f"added to L by {said}", joules(work[name], rate["largest[J]"])] for name, (said, _) in TERMS.items()),
-        ["together, without that part: the change of L", joules(rate["last[J]"] - rate["first[J]"], rate["largest[J]"])],
-        ["L_dot, formula against plant: largest difference, as a share of the largest", brief(rate["formula_less_plant"])],
-        ["L_dot, formula against differences of L: rms, as a share of the rms", brief(rate["formula_less_differenced_rms"])],
-        ["coupling |r1| |delta| / K_min |r|^2, ratio of means", brief(coupling["ratio_in_the_mean"])],
-        ["the same, largest", brief(coupling["largest_ratio"])],
-        ["the same, median", brief(coupling["median_ratio"])],
-    ]
-    return conditions, ball, checks
+    promised = fell is not None and standing(c) != "conditions broken"
+    agree = rate["formula_less_plant"]
+    return Tables(
+        conditions=[
+            ["position loop, smallest K_r1 - m Lambda1", brief(k.k_1, "N s/m"), "", "> 0", mark(k.k_1)],
+            ["attitude loop as printed, smallest K_r2 - J_M Lambda2", brief(min(k.printed_visited), "N m s"),
+             brief(printed, "N m s"), "> 0", mark(min(k.printed_visited), printed)],
+            ["attitude loop as corrected, smallest K_r2 - J_M max(Lambda2)", brief(k.k_2, "N m s"),
+             brief(corrected, "N m s"), "> 0", mark(k.k_2, corrected)],
+            ["largest thrust that the coupling condition allows", brief(k.thrust_bound, "N"),
+             brief(k.thrust_bound_anywhere, "N"), f"> {k.thrust:.4g} N, the largest flown{until}",
+             mark((k.thrust_bound or 0.0) - k.thrust, (k.thrust_bound_anywhere or 0.0) - k.thrust)],
+            ["largest inertia J_M, the largest eigenvalue of J", brief(k.j_visited, "kg m^2"), brief(k.j_anywhere, "kg m^2"),
+             "", ""],
+        ],
+        ball=[
+            ["samples outside the ball b_r" + until, f"{rate['samples_outside_b_r']} of {len(c.r)}", "", ""],
+            ["share of these with L_dot < 0", "–" if fell is None else f"{100.0 * fell:.4g} %", "100 %",
+             mark(1.0 if fell == 1.0 else -1.0) if promised else NOT_JUDGED],
+            [f"largest error |r|{until} [m/s, rad/s]", brief(flight["largest_r"]), f"b_r = {brief(c.b_r)}", ""],
+            *([["largest error |r| later [m/s, rad/s]", brief(c.later.max()), "", NOT_JUDGED]] if len(c.later) else []),
+            ["end of the transient, the first |r| <= b_r", ends, "", ""],
+            *([["largest error |r| after the transient [m/s, rad/s]", brief(flight["largest_r_after_transient"]),
+               f"b_r = {brief(c.b_r)}", ""]] if c.entered else []),
+            ["largest error of the weights |W_tilde| [N, N m]", brief(flight["largest_W_tilde"]), f"b_w = {brief(c.b_w)}", ""],
+            ["largest error that ideal weights leave, eps_N [N, N m]", brief(c.residual_bound), "", ""],
+            ["size of the ideal weights, W_B [N, N m]", brief(c.weight_bound), "", ""],
+            ["smallest margin of the gains, K_min", brief(k.k_min, "N s/m" if k.k_1 < k.k_2 else "N m s"), "", ""],
+        ],
+        changes=[
+            *([f"by {said}", joules(work[name], rate["largest[J]"])]
+              for name, (said, _) in TERMS.items()),
+            ["together, without that part: the change of L", joules(rate["last[J]"] - rate["first[J]"], rate["largest[J]"])],
+            *([f"L, {when}", joules(rate[key], rate["largest[J]"])]
+              for when, key in (("at first", "first[J]"), (f"largest{until}", "largest[J]"), (f"last{until}", "last[J]"))),
+        ],
+        ways=[
+            ["formula and plant, largest difference", brief(agree), "< 10^-9", mark(ROUNDING - agree)],
+            ["formula and differences of L, rms", brief(rate["formula_less_differenced_rms"]), "", NOT_JUDGED],
+        ],
+        others=[
+            ["K_min as printed", brief(k.k_min_printed)],
+            ["b_r as printed", brief(c.b_r_printed)],
+            *([["ridges of the fits of the two nets' ideal weights", ridges]] if c.ideal.used else []),
+            ["W_B by least squares, without a ridge", brief(plain["W_B"])],
+            ["eps_N by least squares", brief(plain["eps_N"])],
+            ["b_r by least squares", brief(plain["b_r"])],
+        ],
+        coupling=[
+            ["ratio of the means", brief(coupling["ratio_in_the_mean"])],
+            ["largest ratio", brief(coupling["largest_ratio"])],
+            ["median ratio", brief(coupling["median_ratio"])],
+        ],
+    )  # fmt: skip

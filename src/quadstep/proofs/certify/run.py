@@ -13,11 +13,11 @@ from quadstep.metrics.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
 from quadstep.proofs.certify.output import record, tables
-from quadstep.proofs.certify.standing import answer, checked, decision, kind, raised, seen, visible
+from quadstep.proofs.certify.standing import answer, checked, facts, kind, seen, visible
 from quadstep.proofs.plain import Array, lengths
-from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, TableSection
+from quadstep.report.markup import Cell
 from quadstep.report.panel import LOG, SIGNED_LOG, STACKED, UNJUDGED, Panel
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing, write_json
@@ -80,7 +80,7 @@ def figures_of(c: FlightCertificate, name: str) -> list[FigureJob]:
 def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, object]) -> Evidence:
     """What was found. mission: as it was flown."""
     lost = None if c.outcome is Outcome.COMPLETED else f"lost at {c.ended:.4g} s"
-    conditions, ball, checks = tables(c)
+    found = tables(c)
     return Evidence(
         name=name,
         kind="Certificate",
@@ -90,10 +90,12 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
         facts=facts(c),
         figures=[Figure(NAME, f"{seen(c)}{'' if lost else ' Time is logarithmic.'}")],
         sections=[
-            TableSection("Conditions", "conditions", CONDITIONS, conditions, shown=name),
-            TableSection("Ball", "ball", ("", "measured", "bound"), ball, BALL, shown="The ball"),
-            TableSection("Checks", CHECKS, ("", "value"), checks, CHECKED, shown="Checks"),
+            TableSection("Conditions", "conditions", CONDITIONS, found.conditions, shown=name),
+            TableSection("Ball", "ball", ("", "measured", "bound", ""), found.ball, BALL, shown="The ball"),
+            TableSection("What changed L", "changes", ("", "added to L"), found.changes, CHANGED, shown="What changed L"),
+            TableSection("Checks", CHECKS, ("", "share", "should be", ""), found.ways, CHECKED, shown=WAYS),
             Figure(CHECKS, f"{checked(c)} Axes are logarithmic, those of rates on both sides of zero."),
+            *(more(said, rows) for said, rows in ((OTHERS, found.others), (COUPLING, found.coupling))),
         ],
         cases=(Case("completed", lost),),
         fold=(CHECKS,),
@@ -106,18 +108,21 @@ BALL = (
     "the nets lack of ideal ones. Theorem 5.1 promises that L falls while |r| > b_r = (kappa W_B^2 / 4 + eps_N) / K_min. Here "
     "eps_N is the largest error that even ideal weights leave, and W_B their size. As in the paper, |r| mixes m/s and rad/s."
 )
+CHANGED = (
+    "What each term of L_dot added to L, or took from it, makes up the change of L. Commands are held from sample to sample; "
+    "sampling is what this adds."
+)
 CHECKED = (
-    "What the terms of L_dot added to L makes up its change. L_dot is also computed from the plant's accelerations and from "
-    "differences of L, and the shares by which these disagree should be small. All numbers are in certificate.json."
+    "L_dot is computed in three ways: by the formula, from the plant's accelerations and from differences of L. The first two "
+    "are the same but for rounding; the third differs by what sampling adds. All numbers are in certificate.json."
 )
 """What the rows of the tables are about."""
 
+WAYS = "L_dot, computed in three ways"
+OTHERS = "With the printed formulas, and with ideal weights by least squares"
+COUPLING = "Coupling beside damping, |r1| |delta| / K_min |r|^2"
 
-def facts(c: FlightCertificate) -> list[markup.Fact]:
-    said, by, numbers = decision(c)
-    return [
-        markup.Fact("Theorem 5.1, by this flight", said),
-        markup.Fact("decided by", by, numbers),
-        *(markup.Fact("added most to L", term, units.quantity(work, "J")) for work, term in raised(c)[:1]),
-        markup.Fact("the flight", "completed" if c.outcome is Outcome.COMPLETED else "lost", f"at {c.ended:.4g} s"),
-    ]
+
+def more(said: str, rows: list[list[Cell]]) -> TableSection:
+    """A table of the checks."""
+    return TableSection("", "", ("", "value"), rows, f"{said}:", shown=said)

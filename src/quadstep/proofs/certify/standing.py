@@ -1,13 +1,12 @@
 """What a flight says of Theorem 5.1, in words, and the term of L_dot that decides it."""
 
-import re
-
 import numpy as np
 
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.proofs.certify.certificate import NO_RATES, FlightCertificate
 from quadstep.proofs.plain import Array, Mask
 from quadstep.report import units
+from quadstep.report.markup import Fact
 from quadstep.report.panel import FAINT, seen_from
 
 
@@ -69,8 +68,8 @@ TESTS_IT = (
 )
 
 ANSWERS = {
-    "conditions broken": "is no test of Theorem 5.1",
-    "untested": f"is no test of Theorem 5.1: its conditions hold, but {INSIDE}",
+    "conditions broken": "is not covered by the proof of Theorem 5.1: ",
+    "untested": f"meets the conditions of Theorem 5.1 but does not test it: {INSIDE}",
     "sign consistent": "agrees with Theorem 5.1: its conditions hold, and L fell at each",
     "rising between samples": "leaves Theorem 5.1 undecided: its conditions hold, and L_dot is negative wherever it should "
     "be, but a command is held for a control period, in which the error can leap over the ball",
@@ -80,16 +79,13 @@ ANSWERS = {
 
 
 def answer(c: FlightCertificate) -> str:
-    """What a reader wants to know first, in a sentence, and what decides it."""
-    what, broken, lost, inside = standing(c), c.conditions.broken(), kind(c) == "lost", c.b_r and not c.outside.any()
+    """Whether the theorem applies and is tested, in a sentence; what breaks it, what would repair that, and what raised L."""
+    what, broken, lost = standing(c), c.conditions.broken(), kind(c) == "lost"
     unprinted = " but the paper does not print" * c.conditions.printed_hold
-    needed = (
-        f"a condition that its proof needs{unprinted} is"
-        if len(broken) == 1
-        else f"conditions that its proof needs{unprinted} are"
-    )
     more = {
-        "conditions broken": f"{', for two reasons' * bool(inside)}: {needed} violated{f', and {INSIDE}' if inside else ''}",
+        "conditions broken": f"a condition that it needs{unprinted} is violated"
+        if len(broken) == 1
+        else f"conditions that it needs{unprinted} are violated",
         "untested": f". {TESTS_IT}" * (not lost),
         "sign consistent": f" of the {c.outside.sum()} samples, of {len(c.outside)}, that lie outside the ball b_r",
         "rising between samples": f": {rises(c)}",
@@ -97,27 +93,38 @@ def answer(c: FlightCertificate) -> str:
         f"negative, mostly because of {TERMS[culprit(c)][1]}",
     }
     began = f"The flight was lost at {c.ended:.4g} s; up to {c.until:.3g} s it" if lost else "This flight"
-    said = [f"{began} {ANSWERS[what]}{more[what]}.", f"What fails: {'; '.join(broken)}." if broken else "", raised_by(c)]
+    said = [f"{began} {ANSWERS[what]}{more[what]}."]
+    if broken:
+        said.append(f"What fails: {'; '.join(broken)}. What would repair it, at this thrust and these attitudes: ")
+        said[-1] += f"{units.listed(c.conditions.repairs())}."
+    if what == "conditions broken" and c.b_r and not c.outside.any():
+        said.append(f"Nor would the flight test the theorem: {INSIDE}.")
+    said.append(raised_by(c))
     if c.undefined:
         beyond = f", beyond b_r = {c.b_r:.4g}" if c.b_r and c.later.max() > c.b_r else ""
         said.append(f"The judgement stops at {c.until:.3g} s: the law then commands {c.undefined}{NO_RATES}.")
         said.append(f"In the rest of the flight, faint in the figure, |r| reached {c.later.max():.4g}{beyond}.")
-    return " ".join(filter(None, said))
+    return " ".join(said)
 
 
-def decision(c: FlightCertificate) -> tuple[str, str, str]:
-    """What the flight does to the theorem, and what decides this: in a word or two, and in numbers."""
-    what, count = standing(c), c.outside.sum()
-    if what == "conditions broken":
-        name, _, numbers = re.split("( = |: )", c.conditions.broken()[0], maxsplit=1)
-        return "not tested", name, numbers
-    if what == "untested":
-        return "not tested", "|r| <= b_r", f"largest |r| = {c.r.max():.4g}, b_r = {c.b_r:.4g}"
-    if what == "contradicted":
-        return "contradicted", TERMS[culprit(c)][0], f"at {contradicting(c).sum()} of {count} samples outside b_r"
-    if what == "sign consistent":
-        return "agrees", "L_dot < 0", f"at all {count} samples outside b_r"
-    return "undecided", "sampling", rises(c)
+def facts(c: FlightCertificate) -> list[Fact]:
+    """Whether the conditions hold, whether the flight tests the theorem, what L did there, and how the flight ended."""
+    broken, count, rising = c.conditions.broken(), int(c.outside.sum()), int((c.outside & ~(c.lyapunov.rate < 0.0)).sum())
+    none = "not tested", "no sample is there" if c.b_r else "there is no ball"
+    leaps = standing(c) == "rising between samples"
+    fell = ("undecided", rises(c)) if leaps else ("fell", f"L_dot < 0 at all {count} samples outside b_r")
+    rose = "rose", f"at {rising} of {count} samples outside b_r"
+    return [
+        Fact("conditions of the proof", "violated" if broken else "hold", "; ".join(broken)),
+        Fact("samples outside the ball b_r", f"{count or 'none'} of {len(c.r)}", f"largest |r| = {c.r.max():.4g}, {ball(c)}"),
+        Fact("L outside the ball", *(none if not count else rose if rising else fell)),
+        Fact("the flight", "completed" if c.outcome is Outcome.COMPLETED else "lost", f"at {c.ended:.4g} s"),
+    ]
+
+
+def ball(c: FlightCertificate) -> str:
+    """The radius of the ball."""
+    return f"b_r = {c.b_r:.4g}" if c.b_r else "no ball b_r"
 
 
 def culprit(c: FlightCertificate) -> str:
@@ -210,5 +217,10 @@ def checked(c: FlightCertificate) -> str:
     went = f"L goes from {first} to {last}; its largest value is {most}."
     if not len(ratio):
         return went
-    above = f"{100.0 * np.mean(ratio > 1.0):.3g} % of samples"
-    return f"{went} The coupling |r1| |delta|, which the proof omits, is above the damping K_min |r|^2 in {above}."
+    done = units.quantity(abs(float(parts(c)["coupling"][-1])), "J")
+    least = f"the least damping that the proof counts on, in {100.0 * np.mean(ratio > 1.0):.3g} % of samples"
+    way = "added to" if parts(c)["coupling"][-1] >= 0.0 else "took from"
+    return (
+        f"{went} The coupling, which the proof omits, could change L at a rate of up to |r1| |delta|, which is above "
+        f"K_min |r|^2, {least}. What it {way} L over the flight is {done}."
+    )
