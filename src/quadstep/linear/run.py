@@ -143,7 +143,9 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     """
     found = studied.analysis
     moves = steps(studied.rest.period, found.poles) if found.stable else []
-    said = [*tables.sentences(found, but), *([] if found.stable else [flown_from_rest(mission)]), *for_latency(mission)]
+    opening = "" if but else worst.finding(graded(found))
+    first, *others = tables.sentences(found, but)
+    said = [f"{opening}{first}", *others, *([] if found.stable else [flown_from_rest(mission)]), *for_latency(mission)]
     about = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
     poles = TableSection(
         "Poles",

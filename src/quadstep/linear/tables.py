@@ -19,7 +19,7 @@ from quadstep.linear.transfer import Complex
 from quadstep.metrics.registry import at_rest
 from quadstep.report.axes import CLEAR, Powers, crossed, plain
 from quadstep.report.canvas import LETTER, LINES, figure_at
-from quadstep.report.sheet import PHONE, Sheet
+from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.units import listed
 
 MARGIN_HEADER = ("", "gain up [dB]", "gain down [dB]", "phase [°]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
@@ -182,8 +182,8 @@ MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
 
 def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
     """Magnitude [dB] and phase [°] of L over frequency."""
-    with figure_at(path, sheet, (PHONE, 4.4, 3.6), 0.17, 0.115, 0.965, 0.97, 0.2, 0.08) as figure:
-        above, below = figure.subplots(2, 1, sharex=True)
+    with figure_at(path, sheet, (COLUMN, 3.0, 3.6), 0.085, 0.165, 0.985, 0.96, 0.24) as figure:
+        above, below = figure.subplots(1, 2, sharex=True)
         for i, channel in enumerate(shown.channels):
             size = 20.0 * np.log10(np.maximum(np.abs(shown.loop[:, i]), 1e-12))
             phase = np.degrees(np.unwrap(np.angle(shown.loop[:, i])))
@@ -206,11 +206,11 @@ def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
             MultipleLocator(next((step for step in (90.0, 45.0) if np.ptp(below.get_ylim()) > 3.0 * step), 15.0))
         )
         mark_margins(above, below, shown)
-        below.xaxis.set_major_formatter(Powers())
         above.set_ylabel("|L| [dB]")
         below.set_ylabel("phase of L [°]")
-        below.set_xlabel("frequency [rad/s]")
         for axes in (above, below):
+            axes.set_xlabel("frequency [rad/s]")
+            axes.xaxis.set_major_formatter(Powers())
             axes.yaxis.set_major_formatter(plain())
         above.legend(loc="upper right", ncols=2)
 

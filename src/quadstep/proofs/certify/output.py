@@ -1,6 +1,7 @@
 """A certificate as JSON and as tables."""
 
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -136,18 +137,21 @@ ROUNDING = 1e-9
 """Two ways to L_dot that are the same in exact arithmetic differ by less, as a share."""
 
 
+Rows: TypeAlias = Sequence[Sequence[markup.Cell]]
+
+
 class Tables(NamedTuple):
     """Rows of text. conditions: on this flight, at any attitude, as asked, and whether that holds; ball: value, bound and
     whether that is kept; then value by value: what changed L, how three ways to L_dot agree, what other definitions of the
     ideal weights and the printed formulas give, and the coupling beside the damping.
     """
 
-    conditions: list[list[markup.Cell]]
-    ball: list[list[markup.Cell]]
-    changes: list[list[markup.Cell]]
-    ways: list[list[markup.Cell]]
-    others: list[list[markup.Cell]]
-    coupling: list[list[markup.Cell]]
+    conditions: Rows
+    ball: Rows
+    changes: Rows
+    ways: Rows
+    others: Rows
+    coupling: Rows
 
 
 def tables(c: FlightCertificate) -> Tables:
@@ -161,6 +165,9 @@ def tables(c: FlightCertificate) -> Tables:
     printed, corrected = min(k.printed_anywhere), min(k.corrected_anywhere)
     promised = fell is not None and standing(c) != "conditions broken"
     agree = rate["formula_less_plant"]
+    later: list[list[markup.Cell]] = []
+    if len(c.later):
+        later = [["largest error |r| later [m/s, rad/s]", brief(c.later.max()), "", NOT_JUDGED]]
     return Tables(
         conditions=[
             ["position loop, smallest K_r1 - m Lambda1", brief(k.k_1, "N s/m"), "", "> 0", mark(k.k_1)],
@@ -179,7 +186,7 @@ def tables(c: FlightCertificate) -> Tables:
             ["share of these with L_dot < 0", "–" if fell is None else f"{100.0 * fell:.4g} %", "100 %",
              mark(1.0 if fell == 1.0 else -1.0) if promised else NOT_JUDGED],
             [f"largest error |r|{until} [m/s, rad/s]", brief(flight["largest_r"]), f"b_r = {brief(c.b_r)}", ""],
-            *([["largest error |r| later [m/s, rad/s]", brief(c.later.max()), "", NOT_JUDGED]] if len(c.later) else []),
+            *later,
             ["end of the transient, the first |r| <= b_r", ends, "", ""],
             *([["largest error |r| after the transient [m/s, rad/s]", brief(flight["largest_r_after_transient"]),
                f"b_r = {brief(c.b_r)}", ""]] if c.entered else []),

@@ -12,12 +12,11 @@ from quadstep.io.errors import errors_in
 from quadstep.metrics.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
-from quadstep.proofs.certify.output import record, tables
+from quadstep.proofs.certify.output import Rows, record, tables
 from quadstep.proofs.certify.standing import answer, checked, facts, kind, seen, visible
 from quadstep.proofs.plain import Array, lengths
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, TableSection
-from quadstep.report.markup import Cell
 from quadstep.report.panel import LOG, SIGNED_LOG, STACKED, UNJUDGED, Panel
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing, write_json
@@ -123,6 +122,6 @@ OTHERS = "With the printed formulas, and with ideal weights by least squares"
 COUPLING = "Coupling beside damping, |r1| |delta| / K_min |r|^2"
 
 
-def more(said: str, rows: list[list[Cell]]) -> TableSection:
+def more(said: str, rows: Rows) -> TableSection:
     """A table of the checks."""
     return TableSection("", "", ("", "value"), rows, f"{said}:", shown=said)
