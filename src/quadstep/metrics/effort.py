@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Generic, NamedTuple, Self, TypeVar
 
 from quadstep.interfaces.log import Metric
+from quadstep.metrics.quantities import as_it_turns
 from quadstep.numbers import Number, Vector, absolute, maximum, sqrt, total, where
 from quadstep.vehicle.airframe_plant import Airframe
 
@@ -28,7 +29,7 @@ class OverTime(NamedTuple, Generic[B]):
 
 def thrusts(sample: Mapping[str, Number], rotors: int) -> list[Number]:
     """Of each rotor [N], as it turns: what a fault takes from its thrust it takes from the battery none the less."""
-    return [sample.get(f"f{place}_whole", sample[f"f{place}"]) for place in range(1, rotors + 1)]
+    return [sample[as_it_turns(f"f{place}", sample)] for place in range(1, rotors + 1)]
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Quantities of a flight that metrics are made of: from the columns of its log, or from its loop while it flies."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -66,9 +66,14 @@ def rotor_columns(columns: Mapping[str, str]) -> tuple[str, ...]:
     return tuple(name for name in columns if name[0] == "f" and name[1:].isdigit())
 
 
+def as_it_turns(rotor: str, columns: Container[str]) -> str:
+    """The column of a rotor's thrust without what a fault takes from it: of a log without one, its thrust."""
+    return whole if (whole := f"{rotor}_whole") in columns else rotor
+
+
 def rotor_thrusts(log: FlightLog) -> Numbers:
-    """Each rotor's thrust as it turns, without what a fault takes from it, shape (samples, rotors) [N]."""
-    return log.table(*(whole if (whole := f"{name}_whole") in log.columns else name for name in rotor_columns(log.columns)))
+    """Each rotor's thrust as it turns, shape (samples, rotors) [N]."""
+    return log.table(*(as_it_turns(name, log.columns) for name in rotor_columns(log.columns)))
 
 
 def has(flight: LoggedFlight, *names: str) -> bool:
