@@ -159,10 +159,12 @@ def worst(log: FlightLog, since: float, moments: Sequence[EventMark] = ()) -> st
     if not (t >= since).any():
         return ""
     place = int(np.where(t >= since, off, -1.0).argmax())
-    there = ", ".join(f"{a} {units.number(float(log.column(f'{a}_d')[place]))}" for a in position_axes(log))
+    wanted = {a: float(log.column(f"{a}_d")[place]) for a in position_axes(log)}
+    unit, factor = units.suited("m", max(map(abs, wanted.values())))
+    there = ", ".join(f"{a} {units.number(factor * one)}" for a, one in wanted.items())
     before, what = max(((when, what) for when, what, *_ in moments if what and 0.0 < when <= t[place]), default=(0.0, ""))
     after = f", {units.quantity(float(t[place]) - before, 's')} after {what}" if what else ""
-    return f", at {at(t, place)}{after}, where the path is at {there} m"
+    return f", at {at(t, place)}{after}, where the path is at {there} {unit}"
 
 
 def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fact]:
