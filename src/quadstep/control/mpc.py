@@ -23,7 +23,7 @@ from quadstep.control.admm import (
 )
 from quadstep.control.admm import within as bounded
 from quadstep.control.filters import observed
-from quadstep.control.vectoring import DesiredAttitude, boxed, desired_attitude, project, up_axis, within
+from quadstep.control.vectoring import DesiredAttitude, attitude_for, boxed, errors_to, project, up_axis, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.plant import Model, Reference
@@ -171,14 +171,9 @@ class Mpc(Controller):
         """What the path wants of a vehicle that is pushed as estimated, and the deviations from it."""
         up = vector(0.0, 0.0, gains.gravity)
         force = within(gains.mass * (reference.acceleration - memory.push + up), gains.most_thrust)
-        rate, change = gains.mass * reference.jerk, gains.mass * reference.snap
-        wanted = desired_attitude(force, rate, change, reference.yaw, reference.yaw_rate)
-        rotation = rotation_matrix(measured.attitude)
-        across, axis = rotation.T @ wanted.rotation, up_axis(rotation)
-        turning = across @ wanted.rates
-        feed_forward = across @ wanted.acceleration - cross(measured.rates, turning)
+        wanted, axis = attitude_for(force, reference, gains.mass), up_axis(rotation_matrix(measured.attitude))
+        _, rates, feed_forward = errors_to(wanted, measured)
         tilt = -rotation_vector(multiply(conjugate(measured.attitude), quaternion_of(wanted.rotation)))
-        rates = measured.rates - turning
         made = memory.torque / gains.inertia - feed_forward
         position = boxed(measured.position - reference.position, gains.position_reach)
         velocity = boxed(measured.velocity - reference.velocity, gains.velocity_reach)

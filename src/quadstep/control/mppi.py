@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from quadstep.control.filters import observed
-from quadstep.control.vectoring import desired_attitude, project, torque_for, turning_errors, up_axis, within
+from quadstep.control.vectoring import Turn, attitude_for, errors_to, project, torque_for, turned, up_axis, within
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
 from quadstep.interfaces.plant import Reference
@@ -183,12 +183,8 @@ class Mppi(Controller):
         up = vector(0.0, 0.0, gains.gravity)
         asked = reference.acceleration + memory.plan.rows[0] - memory.push
         force = within(gains.mass * (asked + up), gains.most_thrust)
-        rate, change = gains.mass * reference.jerk, gains.mass * reference.snap
-        wanted = desired_attitude(force, rate, change, reference.yaw, reference.yaw_rate)
-        rotation = rotation_matrix(measured.attitude)
-        axis = up_axis(rotation)
-        errors = turning_errors(wanted, rotation, measured.rates)
-        angular = errors.feed_forward - gains.turn_stiffness * errors.attitude - gains.turn_damping * errors.rates
+        wanted, axis = attitude_for(force, reference, gains.mass), up_axis(rotation_matrix(measured.attitude))
+        angular = turned(errors_to(wanted, measured), Turn(gains.turn_stiffness, gains.turn_damping))
         command = Command(
             thrust=force @ axis,
             torque=torque_for(angular, measured, gains),

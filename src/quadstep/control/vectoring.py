@@ -79,8 +79,7 @@ def desired_attitude(force: Vector, rate: Vector, change: Vector, yaw: Number, y
     ahead = Direction(vector(c, s, 0.0), yaw_rate * vector(-s, c, 0.0), -(yaw_rate * yaw_rate) * vector(c, s, 0.0))
     second = direction(*crossed(third, ahead))
     first = Direction(*crossed(second, third))
-    axes = (first, second, third)
-    rotation = Matrix([axis.value for axis in axes]).T
+    rotation = Matrix([axis.value for axis in (first, second, third)]).T
     # Omega_c from R_c^T R_c_dot = hat(Omega_c); its rate from R_c^T R_c_dd = hat(Omega_c_dot) + hat(Omega_c)^2
     rates = vector(third.value @ second.rate, first.value @ third.rate, second.value @ first.rate)
     p, q, r = rates
@@ -94,10 +93,9 @@ def turning_attitude(force: Vector, reference: Reference) -> tuple[Vector, Numbe
     """The attitude for a force [N] that stands still while the path's heading turns: unit quaternion, and how fast it turns
     about its third axis [rad/s], all that is left of `desired_attitude`'s rates then.
     """
-    still, yaw = vector(0.0, 0.0, 0.0), reference.yaw
-    rotation = desired_attitude(force, still, still, yaw, 0.0).rotation
+    rotation = desired_attitude(force, ZERO, ZERO, reference.yaw, 0.0).rotation
     x, y, z = up_axis(rotation)
-    along = x * cos(yaw) + y * sin(yaw)
+    along = x * cos(reference.yaw) + y * sin(reference.yaw)
     return quaternion_of(rotation), reference.yaw_rate * z / (1.0 - along * along)
 
 
