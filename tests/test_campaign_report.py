@@ -32,7 +32,7 @@ from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 from quadstep.studies.campaign.schema import CampaignFile, read_campaign
 from quadstep.studies.campaign.sensitivity import ExplainedResult, parts_of
 from quadstep.studies.campaign.single_flight import replay_of
-from quadstep.studies.campaign.splits import in_common
+from quadstep.studies.campaign.splits import in_common, split
 from quadstep.studies.campaign.store import opened
 from quadstep.studies.campaign.summary import WorstFlight, sentences, summarise
 from quadstep.studies.campaign.varied import Bins, VariedKey, variation_text
@@ -550,27 +550,27 @@ def test_the_examples_can_be_flown(name, tmp_path, unflown):
 
 
 def test_captions_over_a_key_say_where_fewest_succeed_and_what_may_be_chance():
-    ranges, places = Bins(np.zeros(0, dtype=np.int64), np.array([0.6, 0.8, 1.0, 1.2]), ()), range(3)
+    places, flights = range(3), 300
     errors = dict(zip(places, (np.array([0.1, 0.3, 0.4]), np.array([0.1, 0.2, 0.3]), np.array([0.2, 0.9, 1.0])), strict=True))
+    ranges = Bins(np.zeros(0, dtype=np.int64), np.array([0.6, 0.8, 1.0, 1.2]), ())
+    mass = np.linspace(0.6, 1.2, flights)
+    key = VariedKey(mass, None, parts_of(mass))
 
-    def said(*shares):
-        shown = pictures.ByKey(dict(zip(places, shares, strict=True)), errors)
-        return key_text.over_key("vehicle mass", "kg", ranges, shown).replace("\N{NO-BREAK SPACE}", " ")
+    def said(failed, statistical=True, many=flights):
+        some = key._replace(values=mass[:many])
+        one = split(failed[:many], "vehicle.mass", some, "kg", 5)
+        return key_text.over_key(one, statistical, "kg", ranges, pictures.ByKey({}, errors)).replace("\N{NO-BREAK SPACE}", " ")
 
-    clear = said(Estimate(0.5, 0.4, 0.6), Estimate(0.9, 0.7, 1.0), Estimate(0.9, 0.7, 1.0))
-    assert clear.startswith(
-        "Vehicle mass: the success rate is lowest, 50 %, from 0.6 to 0.8 kg, and highest, 90 %, from 0.8 to 1 kg and "
-        "from 1 to 1.2 kg. Of those that"
+    clear = said(mass < 0.7)
+    assert re.match(
+        r"Vehicle mass: 83.3 % fail below 0.7[12]\d? kg, but 0 % from 0.7[12]\d? to 0.8[34]\d? kg\. Of those", clear
     )
     assert "between 200 mm from 0.8 to 1 kg and 900 mm from 1 to 1.2 kg." in clear
-    chance = "the success rate is 50 % to 90 %; the 95 % interval of the lowest overlaps those of all other groups."
-    assert chance in said(Estimate(0.5, 0.4, 0.75), Estimate(0.9, 0.7, 1.0), Estimate(0.9, 0.7, 1.0))
-    near = said(Estimate(0.5, 0.4, 0.6), Estimate(0.55, 0.45, 0.65), Estimate(0.9, 0.7, 1.0))
-    assert "0.8 kg (not significantly higher from 0.8 to 1 kg), and highest, 90 %, from 1 to 1.2 kg." in near
-    assert "lowest, 50 %, from 0.6 to 0.8 kg and from 0.8 to 1 kg, and" in said(
-        Estimate(0.5, 0.4, 0.6), Estimate(0.5, 0.4, 0.6), Estimate(0.9, 0.7, 1.0)
-    )
-    assert "Vehicle mass: 100 % of the flights succeed in every group." in said(*[Estimate(1.0, 0.9, 1.0)] * 3)
+    once = np.arange(flights) == 7
+    assert "; this may be chance. Of those" in said(once)
+    assert "chance" not in said(once, statistical=False)
+    assert said(mass < 0.0).startswith("Vehicle mass: 0 % of the flights fail in every group.")
+    assert said(mass < 0.7, many=30).startswith("Vehicle mass: too few flights to tell where more fail.")
 
 
 def test_largest_errors_that_are_the_starts_own_are_said_to_be_from_more_than_half_of_the_flights_on():

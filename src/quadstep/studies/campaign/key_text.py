@@ -11,13 +11,11 @@ from quadstep.studies.campaign.pictures import ByKey
 from quadstep.studies.campaign.report_text import paragraphs, percent
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import Interaction, certain
+from quadstep.studies.campaign.splits import Split
 from quadstep.studies.campaign.varied import Bins
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
 """Names of the explained quantities."""
-
-NAMED = 3
-"""Most groups that a caption lists by name."""
 
 FIRST_ORDER = (
     "First-order index: the share of the variance that would vanish if the key were known. A key explains much if it has a "
@@ -91,35 +89,22 @@ def keys(count: int, most: int) -> TableSection:
     return TableSection("Individual keys", "keys", text=text)
 
 
-def over_key(key: str, unit: str, bins: Bins, shown: ByKey) -> str:
-    """What to see of the flights over a key: in which groups fewest and most succeed, and where the error is extreme."""
+def over_key(one: Split, statistical: bool, unit: str, bins: Bins, shown: ByKey) -> str:
+    """What to see of the flights over a key: where most and fewest fail, and where the error is extreme. statistical: whether
+    the flights say something of others.
+    """
 
     def group(place: int) -> str:
         if bins.edges is None:
-            return f"with {key} = {bins.labels[place]}"
+            return f"with {words(one.key)} = {bins.labels[place]}"
         return units.numerals(f"from {bins.edges[place]:.3g} to {bins.edges[place + 1]:.3g} {unit}".rstrip(" -"))
 
-    def groups(some: list[int]) -> str:
-        return units.listed([*map(group, some)]) if len(some) <= NAMED else f"in {len(some)} groups"
-
-    (_, worst), *others = sorted(shown.good.items(), key=lambda one: one[1].value)
-    said = f"{units.percent(worst.value)} of the flights succeed in every group."
-    if others and others[-1][1].value > worst.value:
-        best = others[-1][1].value
-        fewest, most_succeed = (
-            f", {units.percent(share)}, {groups([place for place, one in shown.good.items() if one.value == share])}"
-            for share in (worst.value, best)
-        )
-        near = [place for place, one in shown.good.items() if one.low <= worst.high and worst.value < one.value < best]
-        also = f" (not significantly higher {groups(near)})" if near else ""
-        said = f"the success rate is lowest{fewest}{also}, and highest{most_succeed}."
-        if worst.high >= max(one.low for _, one in others):
-            said = (
-                f"the success rate is {units.percent(worst.value)} to {units.percent(best)}; the 95 % interval of the lowest "
-            )
-            said += "overlaps those of all other groups."
+    said = f"{one.sentence}{'; this may be chance' * (statistical and not one.clear)}." if len({*one.shares}) > 1 else (
+        f"{words(one.key)}: {units.percent(one.shares[0])} of the flights fail in every group."
+        if one.shares else f"{words(one.key)}: too few flights to tell where more fail."
+    )  # fmt: skip
     if len(shown.errors) > 1:
         ends = [edge(shown.errors, key=lambda place: shown.errors[place][1]) for edge in (min, max)]
         least, most = (f"{units.quantity(float(shown.errors[end][1]), 'm')} {group(end)}" for end in ends)
         said += f" Of those that complete, the median RMSE is between {least} and {most}."
-    return f"{key[0].upper()}{key[1:]}: {said}"
+    return f"{said[0].upper()}{said[1:]}"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.io.run_record import FIGURES
 from quadstep.metrics.statistics import Estimate
-from quadstep.mission.fields import label, words
+from quadstep.mission.fields import label, unit, words
 from quadstep.mission.schema import Mission
 from quadstep.report import markup
 from quadstep.report.drawing import FigureJob
@@ -40,6 +40,7 @@ from quadstep.studies.campaign.sensitivity import (
     strongest_interaction,
 )
 from quadstep.studies.campaign.single import MOST_POINTS, FlownAgain, draw_points, flown_again, others, write_flights
+from quadstep.studies.campaign.splits import groups_of, split
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import CampaignSummary
 from quadstep.studies.campaign.varied import VariedKey, bins, varied_keys
@@ -219,12 +220,13 @@ def key_sections(
         name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
         shown, full = by_key(cut, success, rmse), label(campaign.mission, key)
         draw_key(of.folder / name, full, cut, shown, of.sheet)
-        one = figure(name, key_text.over_key(words(key), full.partition(" [")[2].rstrip("]"), cut, shown))
-        told = len(keys) == 1 or any(words(key) in one for one in of.summary.findings)
+        parts = split(~success, key, columns[key], unit(campaign.mission, key), groups_of(columns))
+        said = key_text.over_key(parts, of.summary.statistical, unit(campaign.mission, key), cut, shown)
+        told = len(keys) == 1 or parts.clear or any(words(key) in one for one in of.summary.findings)
         matters = told or any(certain(found, len(ranking)) for found in ranking[key].values())
-        (body if matters else others).append(one)
+        (body if matters else others).append(figure(name, said))
     rest = "".join(one.html(of.out) for one in others)
-    return [*body, *([markup.disclosure("Keys whose share is not significantly above zero", rest)] if rest else [])]
+    return [*body, *([markup.disclosure("Keys that make no significant difference", rest)] if rest else [])]
 
 
 def ranked(keys: list[str], estimates: Mapping[str, Mapping[str, Estimate]]) -> dict[str, dict[str, Estimate]]:

@@ -32,8 +32,8 @@ GROUPS, A_GROUP, NAMED = 5, 20, 3
 
 
 class Split(NamedTuple):
-    """A key over which the share of failures differs. groups: of flights by its values, in order, and what they are called;
-    ranged: whether by ranges; shares: of them that fail; more: whether more than can be chance.
+    """Flights by a key. groups: by its values, in order, and what they are called; ranged: whether by ranges; shares: of them
+    that fail; more: whether more than can be chance; clear: whether any are more, or fewer.
     """
 
     key: str
@@ -41,21 +41,28 @@ class Split(NamedTuple):
     groups: list[tuple[Flights, str]]
     shares: list[float]
     more: list[bool]
+    clear: bool
 
     @property
     def worst(self) -> int:
         return int(np.argmax(self.shares))
 
     @property
+    def between(self) -> float:
+        """How much the shares differ: their variance, times the number of flights."""
+        sizes = [int(part.sum()) for part, _ in self.groups]
+        return float(np.cov(self.shares, fweights=sizes, ddof=0)) * sum(sizes) if len(sizes) > 1 else 0.0
+
+    @property
     def sentence(self) -> str:
         """Where most fail and where fewest; both ends of the key, where more fail at both."""
         best, last = int(np.argmin(self.shares)), len(self.shares) - 1
         ends = [0, last] if self.ranged and 0 < best < last and self.more[0] and self.more[last] else [self.worst]
-        most, (fewest,) = (
-            [f"{units.percent(self.shares[one])} {'' if self.ranged else 'with '}{self.groups[one][1]}" for one in places]
-            for places in (ends, [best])
-        )
-        return f"{words(self.key)}: {units.listed(most)}, but {fewest}"
+        said = [
+            f"{units.percent(self.shares[one])} {'' if self.ranged else 'with '}{self.groups[one][1]}" for one in (*ends, best)
+        ]
+        said[0] = said[0].replace("%", "% fail", 1)
+        return f"{words(self.key)}: {units.listed(said[:-1])}, but {said[-1]}"
 
     @property
     def at_worst(self) -> str:
@@ -88,17 +95,18 @@ def groups_of(columns: Mapping[str, VariedKey]) -> int:
 
 def splits(failed: Flights, columns: Mapping[str, VariedKey], unit_of: Mapping[str, str]) -> list[Split]:
     """The keys over which the share of failures differs, those first whose groups differ most."""
-    tried, found = 2 * groups_of(columns), []
-    for key, one in columns.items():
-        groups = [group for group in grouped(key, one, unit_of[key]) if group[0].sum() >= A_GROUP]
-        clear = [tried * chance(failed, part) < 1.0 - LEVEL for part, _ in groups]
-        if any(clear):
-            away = [float(failed[part].mean() - failed.mean()) for part, _ in groups]
-            more = [one and by > 0.0 for one, by in zip(clear, away, strict=True)]
-            shares = [float(failed[part].mean()) for part, _ in groups]
-            between = sum(float(part.sum()) * by**2 for (part, _), by in zip(groups, away, strict=True))
-            found.append((between, Split(key, one.options is None, groups, shares, more)))
-    return [one for _, one in sorted(found, key=lambda one: -one[0])]
+    tried = groups_of(columns)
+    found = [split(failed, key, one, unit_of[key], tried) for key, one in columns.items()]
+    return sorted([one for one in found if one.clear], key=lambda one: -one.between)
+
+
+def split(failed: Flights, key: str, one: VariedKey, unit: str, tried: int) -> Split:
+    """tried: groups of all keys."""
+    groups = [group for group in grouped(key, one, unit) if group[0].sum() >= A_GROUP]
+    clear = [2 * tried * chance(failed, part) < 1.0 - LEVEL for part, _ in groups]
+    shares = [float(failed[part].mean()) for part, _ in groups]
+    more = [sure and share > failed.mean() for sure, share in zip(clear, shares, strict=True)]
+    return Split(key, one.options is None, groups, shares, more, any(clear))
 
 
 def joint(failed: Flights, found: Sequence[Split], tried: int) -> list[str]:
