@@ -10,7 +10,7 @@ from quadstep.studies.campaign.splits import bound, findings, splits
 from quadstep.studies.campaign.varied import VariedKey
 
 UNITS = {"vehicle.mass": "kg", "wind.mean.0": "m/s", "controller.nets.enabled": ""}
-PART = r"([\d.]+) % (below|from|with nets) ([\d.]+|on|off)(?: to ([\d.]+))?"
+PART = r"([\d.]+) %(?: fail)? (below|from|with nets) ([\d.]+|on|off)(?: to ([\d.]+))?"
 
 
 def drawn(random, flights):
@@ -60,7 +60,7 @@ def test_a_key_that_is_worst_at_both_ends_is_told_so():
     failed = abs(columns["vehicle.mass"].values - 1.0) > 0.12
     (one,) = splits(failed, columns, UNITS)
     assert re.fullmatch(
-        r"vehicle mass: [\d.]+ % below [\d.]+.kg and [\d.]+ % from [\d.]+.kg on, but 0 % from .*kg", one.sentence
+        r"vehicle mass: [\d.]+ % fail below [\d.]+.kg and [\d.]+ % from [\d.]+.kg on, but 0 % from .*kg", one.sentence
     )
 
 

@@ -122,7 +122,6 @@ def settings(request: Request) -> list[tuple[str, str]]:
             f"{len(one.values)} values of {one.key} from {one.shown(one.values[0])} to {one.shown(one.values[-1])}",
         )
         for one in reversed(request.axes)
-        for last in [len(one.values) - 1]
     ]
     return [
         ("mission", str(request.campaign.defaults["name"])),
@@ -268,10 +267,9 @@ def idle(envelope: Envelope) -> str:
     """Which axes make no difference to any result, as wind to a vehicle without drag, in a sentence after a blank."""
     asked, cells = envelope.asked, envelope.cells
     results = [cells.causes, cells.rmse, cells.mean, cells.largest]
-    axes = [(0, asked.by), (1, asked.y), (2, asked.x)]
     keys = [
         words(axis.key)
-        for place, axis in axes
+        for place, axis in enumerate((asked.by, asked.y, asked.x))
         if axis
         and len(axis.values) > 1
         and cells.completed.any()  # else only outcomes are compared
