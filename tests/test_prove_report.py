@@ -44,6 +44,7 @@ def test_a_report_says_the_answer_and_draws_the_tube(proved):
         r"Proved: from any start within 0.1.mm of the mission's on each axis, the vehicle\s+stays", html.unescape(text)
     )
     assert text.count("<figure") == 1
+    assert "a box for each block of 25 control periods" in text
     assert '<a href="tube.json">tube.json</a>' in text
     assert "<code>quadstep prove --check tube.json</code>" in text
     for bound in (line.split()[-2] for line in run.out.splitlines() if line.startswith(("x ", "z "))):

@@ -33,7 +33,9 @@ FROM_PATH = "from the path"
 
 
 class ProofVerdict(NamedTuple):
-    """The result. rows: axis, and its bounds. says: sentences. written: its certificate. cards: instead of the bounds'."""
+    """The result. rows: axis, and its bounds. says: sentences. written: its certificate. cards: instead of the bounds'.
+    settings: how it was computed, name and value.
+    """
 
     name: str
     kind: VerdictKind
@@ -43,6 +45,7 @@ class ProofVerdict(NamedTuple):
     columns: tuple[str, ...] = ("axis", "from the flight", FROM_PATH)
     pictures: Sequence[FigureJob] = ()
     cards: Sequence[markup.Fact] = ()
+    settings: Sequence[Sequence[str]] = ()
 
 
 def millimetres(metres: float) -> str:
@@ -120,6 +123,8 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
     sections += [markup.paragraph(sentence(line)) for line in others if line not in opened]
     if verdict.kind is not VerdictKind.DISPROVED:
         sections.append(CLOSING)
+    if verdict.settings:
+        sections.append(TableSection("How it was computed", "settings", ("", ""), verdict.settings))
     if verdict.written:
         name = verdict.written.name
         said = f"The certificate; `quadstep prove --check {name}` checks it with code of its own:"

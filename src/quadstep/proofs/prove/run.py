@@ -84,7 +84,8 @@ def prove_mission(
         if isinstance(kept, Departure):
             return left_hover(mission.name, loop, unknown, kept)
         if not isinstance(kept, str):
-            return hover_for_ever(mission.name, path, text, loop, unknown, kept, out)
+            found_set = hover_for_ever(mission.name, path, text, loop, unknown, kept, out)
+            return found_set._replace(settings=settings(loop, unknown, "one that no sample leaves, a product over modes"))
         why = kept
     flown, log = loop.flown()
     if log.outcome is not Outcome.COMPLETED:
@@ -98,8 +99,9 @@ def prove_mission(
     apart = flown[:, :axes] - path_samples(loop, len(flown))
     off, bound = np.abs(apart), result.position * 1.001
     drawn = of_tube(loop, apart[: len(bound)], bound)
+    how = settings(loop, unknown, f"a box for each block of {SAMPLES} control periods, {-(-loop.samples // SAMPLES):,} blocks")
     if isinstance(result, OpenTube):
-        return still_open(mission.name, plan, loop, unknown, result, off, bound, why)._replace(pictures=drawn)
+        return still_open(mission.name, plan, loop, unknown, result, off, bound, why)._replace(pictures=drawn, settings=how)
     position = bound.max(axis=0)
     if out is not None:
         names = tuple(loop.names)
@@ -112,12 +114,24 @@ def prove_mission(
         *scale(plan, unknown),
         *not_for_ever(why),
     ]
-    return ProofVerdict(mission.name, VerdictKind.PROVED, bounds_of(names, position, away), says, out, pictures=drawn)
+    return ProofVerdict(
+        mission.name, VerdictKind.PROVED, bounds_of(names, position, away), says, out, pictures=drawn, settings=how
+    )
 
 
 def tube_sentence(seconds: float, unknown: Unknown, axes: Sequence[str], away: Array, samples: str) -> str:
     near, given = within(axes, away.tolist()), under(unknown).rstrip(",")
     return f"{given}, the vehicle stays within {near} of its path at all {samples} of the {seconds:g} s flight."
+
+
+def settings(loop: SampledLoop, unknown: Unknown, sets: str) -> list[list[str]]:
+    """How a proof was computed: name and value."""
+    return [
+        ["for", under(unknown).rstrip(",")],
+        ["sets", sets],
+        ["loop", f"{len(loop.names)} states, sampled every {1e3 * loop.period:g} ms"],
+        ["numbers", "affine forms, with every rounding of the law and of the form in a remainder"],
+    ]
 
 
 def scale(plan: FlightPlan, unknown: Unknown) -> list[str]:
