@@ -2,6 +2,7 @@
 
 import math
 import re
+from itertools import combinations
 
 import pytest
 
@@ -10,7 +11,7 @@ from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import FlightGrade, Graded, error_limit
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.studies.comparison.answer import answer
+from quadstep.studies.comparison.answer import answer, leaders, of_situation
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.cost import Cost
 from quadstep.studies.comparison.entrants import Comparison, Entrant, SituationResult
@@ -19,9 +20,9 @@ from quadstep.studies.comparison.ranking import Effort, Pair, Ranked, Spread
 from quadstep.studies.comparison.report import facts
 from quadstep.studies.comparison.robustness import Linear, rows, unlinearised
 from quadstep.studies.comparison.run import large_errors
-from quadstep.studies.comparison.tables import best, cell_rows, matrix
+from quadstep.studies.comparison.tables import cell_rows, latex_tables, matrix
 from quadstep.studies.comparison.training import Trained
-from quadstep.studies.comparison.words import common, limit, missed_limits, of_all, of_situation, prices
+from quadstep.studies.comparison.words import activity, advice, limit, missed_limits, of_all, prices
 
 WHERE = Situation("crazyflie", "hover", "calm")
 
@@ -35,13 +36,21 @@ def result(name, median, lost=0.0):
 
 def comparison(count):
     results = tuple(result(f"law {i}", 0.01 * (i + 1) if i < count - 1 else math.inf, lost=i / count) for i in range(count))
-    ranked = Ranked({one.controller: float(i) for i, one in enumerate(results)}, 0.0, ())
-    return Comparison("x", "x.toml", 500, 1, {"e": "e[m]"}, (WHERE,), results, {WHERE: ranked}, (), {}, {}, {}, ())
+    return Comparison("x", "x.toml", 500, 1, {"e": "e[m]"}, results, {WHERE: ordered([one.controller for one in results])})
 
 
-def lead(found):
-    """Without the number of its rank."""
-    return re.sub(r", -?\d\.\d\d from 0 \(always first\) to 1 \(always last\)", "", " ".join(of_all(found)))
+def ordered(names, p=0.001, **more):
+    """Each better than those after it."""
+    gap = Estimate(-0.01, -0.02, -0.005)
+    pairs = [Pair(*both, gap, 1.0, -1.0, p, 0.0, 1.0)._replace(**more) for both in combinations(names, 2)]
+    return Ranked({name: 1.0 + place for place, name in enumerate(names)}, tuple(pairs))
+
+
+def elsewhere(found, **more):
+    """The same in a second situation."""
+    second = WHERE._replace(path="circle")
+    results = (*found.results, *(one._replace(situation=second) for one in found.results))
+    return found._replace(ranked={WHERE: found.ranked[WHERE], second: found.ranked[WHERE]}, results=results, **more)
 
 
 @pytest.mark.parametrize("count", [2, MANY + 1])
@@ -70,46 +79,58 @@ def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades,
     margins = {"phase_margin": 0.5}
     loops = [Linear(word, f"why {i}", [word], {} if word in (UNKNOWN, NO_REST) else margins) for i, word in enumerate(grades)]
     found = comparison(2)._replace(linear=dict(zip([(one, "law 0") for one in vehicles], loops, strict=True)))
-    (situation, ranked) = next(iter(found.ranked.items()))
-    second = situation._replace(path="circle")
-    everywhere = (*found.results, *(one._replace(situation=second) for one in found.results))
-    twice = found._replace(ranked={situation: ranked, second: ranked}, results=everywhere)
-    assert lead(twice).startswith(
-        f"law 0 has the best mean rank. {words}. In flight its rotor activity is 0 N/s on average. 2 controllers"
-    )
+    twice = elsewhere(found)
+    assert f"law 1 0 N/s. {words}. 2 controllers" in " ".join(of_all(twice))
     lost = [one._replace(lost=Estimate(0.044, 0.01, 0.1)) for one in found.results]
-    lossy = twice._replace(results=(*lost, *everywhere[len(lost) :]))
-    assert lead(lossy).startswith(
-        f"law 0 has the best mean rank, though it loses flights in 1 of 2 situations, up to 4.4 % of them. {words}"
-    )
-    assert of_situation(lossy, situation, ranked).startswith(
-        "hover, calm: law 0, though it loses 4.4 % of its flights, has the smallest median"
+    lossy = twice._replace(results=(*lost, *twice.results[len(lost) :]))
+    assert of_situation(lossy, WHERE) == (
+        "In hover, law 0 is best (median e 10.0 mm, though it loses 4.4 % of its flights); law 1 loses 4.4 % of its flights."
     )
     filtered = twice._replace(linear={key: one._replace(estimator=True) for key, one in twice.linear.items()})
-    assert "the loop of law 0 without the estimator" in lead(filtered)
-    assert "at rest" not in of_situation(found, situation, ranked)  # on another vehicle
+    assert "the loop of law 0 without the estimator" in " ".join(of_all(filtered))
     assert [row[2] for row in rows(found.linear)] == list(grades)
     assert len(unlinearised(found.linear)) == (not all(one.metrics for one in loops))
 
 
-def test_nobody_wins_what_is_shared_and_who_flew_elsewhere_only_is_said_so():
+def test_nobody_is_best_where_nothing_tells_them_apart():
     found = comparison(3)
-    second = WHERE._replace(path="circle")
     same = found._replace(results=tuple(result(name, 0.01) for name in found.controllers))
-    ranked = Ranked(dict.fromkeys(found.controllers, 2.0), 1.0, ())
-    everywhere = (*same.results, *(one._replace(situation=second) for one in same.results))
-    twice = same._replace(ranked={WHERE: ranked, second: ranked}, results=everywhere)
-    shared = "law 0, law 1 and law 2 share the best mean rank, 0.50 from 0 (always first) to 1 (always last). 3 controllers"
-    assert " ".join(of_all(twice)).startswith(shared)
-    assert of_situation(twice, WHERE, ranked).startswith(
-        "hover, calm: law 0, law 1 and law 2 share the smallest median e, 10.0 mm"
+    even = ordered(found.controllers, p=1.0, effect=0.0, difference=Estimate(0.0, -0.001, 0.001))
+    tied = same._replace(ranked={WHERE: even})
+    assert answer(tied) == (
+        "law 0 (median e 10.0 mm), law 1 (10.0 mm) and law 2 (10.0 mm) are tied for best: 500 flights do not tell all of them "
+        "apart; not even 100,000 would tell law 0 from law 1, if their differences stay as they are."
     )
-    assert best(same, WHERE) == found.controllers
-    assert best(found, WHERE) == ["law 0"]
-    assert best(found._replace(results=tuple(result(name, math.inf, 1.0) for name in found.controllers)), WHERE) == []
-    once = {WHERE: found.ranked[WHERE], second: Ranked({"law 1": 1.0, "law 2": 2.0}, 1.0, ())}
-    elsewhere = found._replace(ranked=once)
-    assert lead(elsewhere).startswith("law 0 has the best mean rank over the 1 of 2 situations that it flew. 3 controllers")
+    assert answer(elsewhere(tied)).startswith(
+        "law 0, law 1 and law 2 are tied for best in all 2 situations. In hover, law 0 ("
+    )
+    assert advice(elsewhere(tied)).startswith("Next: choose among law 0, law 1 and law 2 by what they take")
+    assert leaders(tied, WHERE) == found.controllers and latex_tables(tied).count("textbf{") == 3
+    assert leaders(found, WHERE) == ["law 0"] and latex_tables(found).count("textbf{") == 1
+    lost = found._replace(results=tuple(result(name, math.inf, 1.0) for name in found.controllers))
+    assert leaders(lost, WHERE) == []
+    assert answer(lost) == "Every mission loses at least half of its flights.".replace("mission", lost.kind)
+    once = elsewhere(found)
+    (_, second) = once.ranked
+    other = once._replace(
+        ranked={WHERE: found.ranked[WHERE], second: ordered(["law 1", "law 2"])},
+        results=tuple(one for one in once.results if one.situation == WHERE or one.controller != "law 0"),
+    )
+    assert answer(other).startswith(
+        "No controller is best or tied for best in all 2 situations; law 0 and law 1 are each so in 1, more than any other."
+    )
+    assert advice(other).startswith("Next: choose for the situations that matter to you")
+
+
+def test_what_it_takes_is_compared_where_all_fly():
+    found = elsewhere(comparison(2))
+    efforts = {"law 0": 20.0, "law 1": 5.0}
+    results = [one._replace(effort=Effort(0.0, efforts[one.controller], 0.0)) for one in found.results]
+    words = "Rotor activity (changes of thrust per second), mean: law 1 5 N/s and law 0 20 N/s; law 0 takes 4.0 times as much "
+    assert activity(found._replace(results=tuple(results))) == [f"{words}as law 1."]
+    results[3] = results[3]._replace(effort=Effort(0.0, math.nan, 0.0))
+    assert activity(found._replace(results=tuple(results)))[0].startswith(words)
+    assert activity(found._replace(results=tuple(one._replace(effort=Effort(0.0, math.nan, 0.0)) for one in results))) == []
 
 
 FAR = Graded(FlightGrade.FLEW_BUT, ("its error is large for its path",), ("large error",))
@@ -118,7 +139,6 @@ AS_ASKED = Graded(FlightGrade.AS_ASKED)
 
 def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that_names_it():
     found, second = comparison(2), WHERE._replace(path="circle")
-    ranked = found.ranked[WHERE]
 
     def all_of(*grades):
         names = [(where, name) for where in (WHERE, second) for name in found.controllers]
@@ -126,29 +146,19 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
             result(name, 0.01 + 0.01 * (name != "law 0"))._replace(situation=where, grade=grade)
             for (where, name), grade in zip(names, grades, strict=True)
         )
-        return found._replace(situations=(WHERE, second), ranked={WHERE: ranked, second: ranked}, results=results)
+        return elsewhere(found)._replace(results=results)
 
     one = all_of(AS_ASKED, FAR, FAR, AS_ASKED)
-    assert lead(one).startswith(
-        "law 0 has the best mean rank; its median flight misses the grade in 1 of 2 situations, worst in "
-        "circle: its error is large for its path. "
-    )
-    assert ", but" not in of_situation(one, WHERE, ranked)
-    assert of_situation(one, second, ranked).startswith("circle: law 0 has the smallest median e, 10.0 mm (500 ")
-    assert ", but in its median flight, its error is large for its path" in of_situation(one, second, ranked)
+    assert of_situation(one, WHERE).startswith("In hover, law 0 is best (median e 10.0 mm), next law 1 with 20.0 mm (")
+    assert of_situation(one, second).startswith("In circle, law 0 is best (median e 10.0 mm, but not as asked: large error), ")
     lost = Graded(FlightGrade.LOST)
     none = all_of(FAR, FAR, FAR, lost)
-    assert answer(none).startswith("No controller flies as asked in any situation: In hover")
-    assert "law 0 has the smallest median e (10.0 mm, though no controller flies as asked: large error), but is not" in answer(
-        none
+    assert answer(none).startswith(
+        "No controller flies as asked in any situation: law 0 is best in all 2 situations. In hover, "
     )
-    assert of_situation(none, WHERE, ranked).startswith("hover: law 0 has the smallest ")
-    gone = "; its median flight is lost in 1 and misses the grade in 1 of 2 situations, worst of those it completes in "
-    assert gone in lead(all_of(FAR, AS_ASKED, lost, AS_ASKED))
-    gone = "law 0 has the best mean rank; its median flight is lost in 1 of 2 situations. "
-    assert lead(all_of(AS_ASKED, AS_ASKED, lost, AS_ASKED)).startswith(gone)
+    assert advice(none) == "Next: better gains (`quadstep tune`), as no median flight of law 0 is as asked."
     unknown = all_of(FAR, None, FAR, None)  # the other is an autopilot, whose flights are not flown again
-    assert lead(unknown).startswith("law 0 has the best mean rank; its median flight misses the grade in 2 of 2 situations")
+    assert not answer(unknown).startswith("No controller flies")
     assert facts(unknown)[1][:2] == ("median flights as asked", "0 of 2")
     header, (first, _) = matrix(none, "crazyflie")
     assert dict(zip(header, first, strict=True))["law 0"] == "10.0 (10.0), large error"
@@ -164,46 +174,40 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
     )
 
 
-NOT_SHOWN = (
-    "In hover, law 0 has the smallest median e (10.0 mm), but is not shown to be better{} than law 1 (10.0 mm). In circle, "
-)
-
-
-@pytest.mark.parametrize(("difference", "p", "said", "differs", "better"), [
-    (-1e-3, 0.001, "law 0 is best in hover (median e 10.0 mm) and in circle (10.0 mm).",
-        "in 2 of 2 pairs over 2 situations, the", "significantly better than law 1."),
-    (-1e-6, 0.001, NOT_SHOWN.format(" by 0.1 % or more"),
-        "in 2 of 2 pairs over 2 situations (in 2 of these by less than 0.1 %), the", "law 1 (by less than 0.1 %)."),
-    (-1e-3, 0.4, NOT_SHOWN.format(""), "in 0 of 2 pairs over 2 situations, the", "not significantly"),
+@pytest.mark.parametrize(("difference", "p", "said", "differs"), [
+    (-1e-3, 0.001, "law 0 is best in all 2 situations. In hover, law 0 is best (median e 10.0 mm), next law 1 with 10.0 mm.",
+        "in 2 of 2 pairs over 2 situations, the"),
+    (-1e-6, 0.001, "law 0 and law 1 are tied for best in all 2 situations. In hover, law 0 (median e 10.0 mm) and law 1 (10.0 "
+        "mm) are tied for best: law 0 is better than law 1, by less than 0.1 %.",
+        "in 2 of 2 pairs over 2 situations (in 2 of these by less than 0.1 %), the"),
+    (-1e-3, 0.4, "law 0 and law 1 are tied for best in all 2 situations. In hover, law 0 (median e 10.0 mm) and law 1 (10.0 "
+        "mm) are tied for best: 500 flights do not tell them apart (law 0 less law 1: −1.0 [−2.0, 1.0] mm, flight by flight). "
+        "In circle", "in 0 of 2 pairs over 2 situations, the"),
 ])  # fmt: skip
-def test_who_leads_by_chance_or_hardly_at_all_is_not_said_to_be_best(difference, p, said, differs, better):
-    second = WHERE._replace(path="circle")
-    pair = Pair("law 0", "law 1", Estimate(difference, -1.0, 1.0), 1.0, -1.0, p, 0.0, 1.0)
-    ranked = Ranked({"law 0": 1.0, "law 1": 2.0}, 0.0, (pair,))
-    results = tuple(result(name, 0.01)._replace(situation=where) for where in (WHERE, second) for name in ranked.ranks)
-    found = comparison(2)._replace(results=results, ranked={WHERE: ranked, second: ranked})
+def test_who_leads_by_chance_or_hardly_at_all_is_not_said_to_be_best(difference, p, said, differs):
+    even = tuple(result(f"law {i}", 0.01) for i in range(2))
+    ranked = {WHERE: ordered(["law 0", "law 1"], p, difference=Estimate(difference, -2e-3, 1e-3))}
+    found = elsewhere(comparison(2)._replace(results=even, ranked=ranked))
     assert answer(found).startswith(said)
-    assert f"Tracking differs significantly {differs} number of lost flights in none." in lead(found)
-    assert better in of_situation(found, WHERE, ranked)
+    assert f"Tracking differs significantly {differs} number of lost flights in none." in " ".join(of_all(found))
 
 
 @pytest.mark.parametrize(("effect", "lost", "said"), [
-    (-1.0, 0.0, "law 0 is best (median e 10.0 mm, next law 1 with the same, but flight by flight worse)."),
-    (1.0, 0.0, "law 0 has the smallest median e (10.0 mm, next law 1 with the same), but flight by flight is worse than "
-        "law 1."),
-    (-1.0, 0.2, "law 0 has the smallest median e (10.0 mm, next law 1 with the same, but flight by flight worse), but "
-        "certainly loses more flights than law 1."),
+    (-1.0, 0.0, "law 0 is best (median e 10.000 mm), next law 1 with 10.001 mm."),
+    (1.0, 0.0, "law 0 (median e 10.000 mm) and law 1 (10.001 mm) are tied for best: law 1 is better flight by flight, but its "
+        "median is not smaller than that of law 0."),
+    (-1.0, 0.2, "law 0 (median e 10.000 mm) and law 1 (10.001 mm) are tied for best: law 0 keeps closer to its path, but law "
+        "1 loses fewer flights."),
+    (0.0, 0.2, "law 0 (median e 10.000 mm) and law 1 (10.001 mm) are tied for best: law 1 loses fewer flights than law 0."),
 ])  # fmt: skip
 def test_the_smallest_median_is_not_best_where_another_wins_flight_by_flight_or_loses_fewer(effect, lost, said):
-    pair = Pair("law 0", "law 1", Estimate(0.01 * effect, -1.0, 1.0), 1.0, effect, 0.001, lost, 0.001)
-    ranked = {WHERE: Ranked({"law 0": 1.0, "law 1": 2.0}, 0.0, (pair,))}
-    found = comparison(2)._replace(results=tuple(result(f"law {i}", 0.01) for i in range(2)), ranked=ranked)
+    pair = {"difference": Estimate(0.01 * effect, -1.0, 1.0), "effect": effect, "lost": lost, "p_lost": 0.001}
+    apart = tuple(result(f"law {i}", 0.01 + 1e-6 * i) for i in range(2))
+    found = comparison(2)._replace(results=apart, ranked={WHERE: ordered(["law 0", "law 1"], **pair)})
     assert answer(found) == said
-    apart = found._replace(results=tuple(result(f"law {i}", 0.01 + 1e-6 * i) for i in range(2)))
-    assert "10.000 mm, next law 1 with 10.001 mm" in answer(apart)
-    assert of_situation(apart, WHERE, ranked[WHERE]) == "500 flights are too few for an interval of the median."
-    alike = Ranked({"law 0": 1.5, "law 1": 1.5}, 1.0, (), copies=True)
-    assert answer(found._replace(ranked={WHERE: alike})) == "law 0 and law 1 share the smallest e (10.0 mm)."
+    alike = ordered(["law 0", "law 1"], p=1.0)._replace(copies=True)
+    same = "law 0 (e 10.000 mm) and law 1 (10.001 mm) are tied for best: they differ by less than 0.1 %."
+    assert answer(found._replace(ranked={WHERE: alike})) == same
 
 
 @pytest.mark.parametrize(("violation", "unconstrained", "said"), [
@@ -218,23 +222,19 @@ def test_gains_that_miss_a_limit_are_named(violation, unconstrained, said):
 
 
 def test_of_many_situations_the_answer_counts_in_how_many_each_is_best():
-    pair = Pair("law 0", "law 1", Estimate(-0.01, -0.02, -0.005), 1.0, -1.0, 0.001, 0.0, 1.0)
     ranked = {
-        WHERE._replace(path=f"path {i}"): Ranked(
-            {"law 0": 1.0, "law 1": 2.0}, 0.0, (pair._replace(p=0.4 if i > 2 else 0.001),)
-        )
-        for i in range(6)
+        WHERE._replace(path=f"path {i}"): ordered(["law 0", "law 1"], 0.4 if i > 2 else 0.001, effect=-0.2) for i in range(6)
     }
     results = tuple(result(f"law {i}", 0.01 * (i + 1))._replace(situation=where) for where in ranked for i in range(2))
     found = comparison(2)._replace(results=results, ranked=ranked)
-    said = "law 0 is shown to be best in 3 of 6 situations. In 3, no controller is shown to be better than all others."
-    assert answer(found) == said
+    assert answer(found) == "law 0 is best or tied for best in all 6 situations."
+    assert facts(found)[0][:3] == ("best or tied for best", "law 0", "in 6 of 6 situations")
     lossy = [one._replace(lost=Estimate(0.3, 0.1, 0.5)) if one.controller == "law 1" else one for one in results]
     two = found._replace(results=tuple(lossy), ranked=dict(list(ranked.items())[:2]))
-    assert answer(two) == (
-        "law 0 is best in 'path 0' (median e 10.0 mm, while law 1 loses 30 % of its flights) and in 'path 1' (10.0 mm, while "
-        "law 1 loses 30 % of its flights)."
+    assert answer(two).startswith(
+        "law 0 is best in all 2 situations. In 'path 0', law 0 is best (median e 10.0 mm), next law 1 "
     )
+    assert answer(two).endswith("20.0 mm (10 [5, 20] mm more, flight by flight); law 1 loses 30 % of its flights.")
 
 
 @pytest.mark.parametrize("alike", [False, True])
@@ -266,9 +266,12 @@ def test_where_errors_are_large_is_drawn_and_said_where_all_flights_agree_on_it(
 
 def test_what_is_the_same_in_all_situations_stands_in_no_row():
     second, other = WHERE._replace(scenario="wind"), WHERE._replace(vehicle="x500", path="circle")
-    found = comparison(2)._replace(situations=(WHERE, second))
-    assert [found.place(one) for one in found.situations] == ["calm", "wind"] and common(found) == ["hover"]
-    assert found._replace(situations=(WHERE, other)).place(other) == "circle"
+    found = comparison(2)._replace(ranked=dict.fromkeys((WHERE, second), ordered([])))
+    assert [found.place(one) for one in found.situations] == ["calm", "wind"]
+    assert found.shared == ("crazyflie", "hover", "") and found.place(second, whole=True) == "wind"
+    apart = found._replace(ranked=dict.fromkeys((WHERE, other), ordered([])))
+    assert (apart.place(other), apart.place(other, whole=True)) == ("circle", "x500, circle")
+    assert comparison(2).place(WHERE) == "hover, calm"
     rows = [["crazyflie", "a", "1"], ["crazyflie", "b", "2"]]
     assert found.table(("vehicle", "controller", "n"), rows) == (["controller", "n"], [["a", "1"], ["b", "2"]])
     assert found.table(("vehicle", "controller"), [["crazyflie", "a"], ["x500", "a"]])[0] == ["vehicle", "controller"]
@@ -277,6 +280,6 @@ def test_what_is_the_same_in_all_situations_stands_in_no_row():
 def test_the_cost_of_laws_is_told_as_a_sentence():
     costs = {("crazyflie", name): Cost(1.0, 8, 8, many) for name, many in (("PID", 801), ("adaptive", 3859), ("LQR", 608))}
     (said,) = prices(comparison(2)._replace(costs=costs))
-    assert said.endswith(": LQR 608, PID 801 and adaptive 3,859: adaptive takes 6.3 times as many as LQR.")
+    assert said.endswith(": LQR 608, PID 801 and adaptive 3,859; adaptive takes 6.3 times as much as LQR.")
     costs["crazyflie", "LQR"] = Cost(1.0, 8, 8)
     assert prices(comparison(2)._replace(costs=costs)) == []

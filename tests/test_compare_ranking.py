@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import binom, binomtest, friedmanchisquare, rankdata, wilcoxon
+from scipy.stats import binom, binomtest, rankdata, wilcoxon
 
 from quadstep.metrics.statistics import ordered_quantile
 from quadstep.studies.comparison import words
@@ -20,7 +20,6 @@ from quadstep.studies.comparison.ranking import (
     holm,
     losses,
     median_difference,
-    overall,
     pair,
     signed_ranks,
     spread,
@@ -136,10 +135,9 @@ def test_the_winner_is_whom_the_ranks_of_the_differences_favour_not_who_wins_mor
     assert found.winner == "b"
 
 
-def test_ranks_of_a_situation_are_friedmans():
+def test_ranks_of_a_situation_are_means_over_its_flights():
     table = {name: normal(mean, place) for place, (name, mean) in enumerate({"a": 1.0, "b": 1.0, "c": 1.2}.items())}
     found = compare({name: flown(values) for name, values in table.items()}, METRIC)
-    assert found.friedman == pytest.approx(friedmanchisquare(*table.values()).pvalue)
     assert sum(found.ranks.values()) == pytest.approx(6.0)
     assert found.ranks["c"] == max(found.ranks.values())
     assert [(one.first, one.second) for one in found.pairs] == [("a", "b"), ("a", "c"), ("b", "c")]
@@ -181,16 +179,8 @@ def test_equal_controllers_tuned_three_times_each_rank_the_same_way_one_time_in_
 def test_where_all_are_alike_nothing_is_decided():
     same = flown(np.ones(20))
     found = corrected([compare({"a": same, "b": same, "c": same}, METRIC)])[0]
-    assert found.friedman == 1.0
     assert {one.winner for one in found.pairs} == {None}
     assert set(found.ranks.values()) == {2.0}
-
-
-def test_overall_ranks_are_shares_so_that_situations_of_few_count_alike():
-    a, b, c = (flown(np.full(10, value)) for value in (1.0, 2.0, 3.0))
-    found = overall([compare({"a": a, "b": b, "c": c}, METRIC), compare({"a": b, "b": a}, METRIC)])
-    assert found == pytest.approx({"b": 0.25, "a": 0.5, "c": 1.0})
-    assert list(found) == ["b", "a", "c"]
 
 
 def test_the_interval_of_a_median_difference_holds_it_as_often_as_it_says_whatever_the_distribution():
@@ -236,7 +226,6 @@ def test_copies_of_one_flight_decide_nothing_and_leave_the_correction_of_others_
     copies = compare({"a": flown([1.0] * 6), "b": flown([2.0] * 6), "c": flown([math.inf] * 6)}, METRIC)
     assert copies.copies
     assert [(pair.p, pair.p_lost, pair.winner, pair.keeper) for pair in copies.pairs] == [(1.0, 1.0, None, None)] * 3
-    assert copies.friedman == 1.0
     other = compare({"a": flown(normal(1.0, 1)), "b": flown(normal(1.1, 2))}, METRIC)
     assert not other.copies
     assert corrected([copies, other]) == [copies, *corrected([other])]

@@ -1,6 +1,6 @@
 """Figures of a flight that read in black and white: panels stacked over time, or its path from above and from the side."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +34,7 @@ Numbers = NDArray[np.float64]
 LONGEST_LABEL = 18
 """Letters of a quantity and its unit that are as long as a panel is high: of more, the unit has a line of its own."""
 
-FLOWN, DESIRED, TOGETHER = "flown", "desired", "sum"
+FLOWN, DESIRED, TOGETHER, BEFORE, AFTER = "flown", "desired", "sum", "current gains", "tuned gains"
 
 NAMES = 4
 """Most names of a legend beside one another."""
@@ -248,14 +248,19 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet, moments: Se
     sides = (0.68 if views else 0.82) / width, 0.46 / tall, 1.0 - 0.12 / width, 1.0 - (free + 0.05 + more) / tall, 0.36
     figure = new_figure(sheet, size, *sides)
     *seen_from, errors = track_axes(figure, len(views), narrow)
-    seen = track.distance > 0.0
-    unit, factor = suited("m", float(track.distance.max()))
-    if seen.any() and track.distance.max() > DECADES * np.quantile(track.distance[seen], 0.05):
-        errors.plot(*thin(t[seen], factor * track.distance[seen]), **LINES[0])
-        logarithmic(errors, [factor * track.distance[track.distance >= 0.5 * np.quantile(track.distance[seen], 0.02)]])
+    laid = {FLOWN: track} if track.before is None else {AFTER: track, BEFORE: track.before}
+    distance = np.concatenate([one.distance for one in laid.values()])
+    unit, factor = suited("m", float(distance.max()))
+    seen = distance[distance > 0.0]
+    steep = len(seen) > 0 and distance.max() > DECADES * np.quantile(seen, 0.05)
+    for style, (name, one) in zip(LINES, laid.items(), strict=False):
+        drawn = one.distance > 0.0 if steep else np.ones(len(one.distance), bool)
+        called = name if len(laid) > 1 else None
+        errors.plot(*thin(t[: len(drawn)][drawn], factor * one.distance[drawn]), label=called, **style)
+    if steep:
+        logarithmic(errors, [factor * distance[distance >= 0.5 * np.quantile(seen, 0.02)]])
     else:
-        errors.plot(*thin(t, factor * track.distance), **LINES[0])
-        linear(errors, [factor * track.distance])
+        linear(errors, [factor * distance])
         errors.set_ylim(bottom=0.0)
     if track.begin > t[0]:
         errors.axvspan(t[0], min(track.begin, t[-1]), color="0.9", linewidth=0.0, zorder=0.1)
@@ -266,7 +271,7 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet, moments: Se
     errors.set_ylabel(f"{DISTANCE if views else SHORTER} [{unit}]" if sheet.width is None else f"distance [{unit}]")
     low, high = track.view
     for axes, (a, b) in zip(seen_from, views, strict=True):
-        draw_path(axes, track.wanted[:, [a, b]], track.flown[:, [a, b]])
+        draw_path(axes, track.wanted[:, [a, b]], {name: one.flown[:, [a, b]] for name, one in laid.items()})
         axes.set_xlim(low[a], high[a])
         axes.set_ylim(low[b], high[b])
         axes.set_box_aspect(1.0)
@@ -275,11 +280,12 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet, moments: Se
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_locator(MaxNLocator(5, steps=STEPS))
             axis.set_major_formatter(plain())
+    lines, names = (seen_from[0] if views else errors).get_legend_handles_labels()
     if narrow:
-        seen_from[0].figure.legend(seen_from[0].lines[1::-1], (FLOWN, DESIRED), loc="outside upper left", ncols=2)
-    elif views:
-        lines, names = seen_from[0].lines[1::-1], (FLOWN, DESIRED)
-        seen_from[0].legend(lines, names, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+        seen_from[0].figure.legend(lines[::-1], names[::-1], loc="outside upper left", ncols=3)
+    elif views or len(laid) > 1:
+        axes = seen_from[0] if views else errors
+        axes.legend(lines[::-1], names[::-1], loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.1)
     return figure
 
 
@@ -291,9 +297,11 @@ def track_axes(figure: Figure, views: int, narrow: bool) -> list[Axes]:
     return [*above.subplots(1, views, squeeze=False)[0], below.subplots()]
 
 
-def draw_path(axes: Axes, wanted: NDArray[np.float64], flown: NDArray[np.float64]) -> None:
-    """One view: the desired path, the flown one, where it began and where it ended."""
-    for points, name, style in ((wanted, DESIRED, BAND), (flown, FLOWN, LINES[0])):
+def draw_path(axes: Axes, wanted: NDArray[np.float64], flown: Mapping[str, NDArray[np.float64]]) -> None:
+    """One view: the desired path, the flown ones by name, and where the first began and ended."""
+    lines = [(DESIRED, wanted, BAND), *((*one, style) for one, style in zip(flown.items(), LINES, strict=False))]
+    for name, points, style in lines:
         axes.plot(*points[:: max(1, len(points) // MOST_POINTS)].T, label=name, **style)
-    axes.plot(*flown[0], marker="o", color="black", markerfacecolor="white", markersize=5, linestyle="")
-    axes.plot(*flown[-1], marker="x", color="black", markersize=6, linestyle="")
+    first = next(iter(flown.values()))
+    axes.plot(*first[0], marker="o", color="black", markerfacecolor="white", markersize=5, linestyle="")
+    axes.plot(*first[-1], marker="x", color="black", markersize=6, linestyle="")

@@ -69,19 +69,27 @@ def breadth(points: NDArray[np.float64]) -> float:
 
 @dataclass(frozen=True)
 class Track:
-    """A flight in space. distance [m]: from its path, counts from `begin` [s] on; wanted, flown: points [m], (samples, 3)."""
+    """A flight in space. distance [m]: from its path, counts from `begin` [s] on; wanted, flown: points [m], (samples, 3).
+    before: the same flight with other gains, perhaps shorter or longer.
+    """
 
     distance: NDArray[np.float64]
     wanted: NDArray[np.float64]
     flown: NDArray[np.float64]
     begin: float = 0.0
+    before: "Track | None" = None
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """All that is drawn of it."""
+        return np.concatenate([self.wanted, self.flown, *([self.before.points] if self.before else [])])
 
     @cached_property
     def view(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower and upper corner [m] of what is drawn: a cube around both paths, as far as they are near the desired one."""
         size = max(float(np.ptp(self.wanted, axis=0).max()), 0.5)
         least, most = self.wanted.min(axis=0) - ROOM * size, self.wanted.max(axis=0) + ROOM * size
-        both = np.clip(np.concatenate([self.wanted, self.flown]), least, most)
+        both = np.clip(self.points, least, most)
         middle, half = 0.5 * (both.min(axis=0) + both.max(axis=0)), 0.54 * max(float(np.ptp(both, axis=0).max()), 1e-3)
         return middle - half, middle + half
 
@@ -91,7 +99,7 @@ class Track:
         dot or a straight line.
         """
         low, high = self.view
-        points = np.clip(np.concatenate([self.wanted, self.flown]), low, high)
+        points = np.clip(self.points, low, high)
         across = int(np.argmax(np.ptp(self.wanted[:, :2], axis=0)))
         return [pair for pair in ((0, 1), (across, 2)) if breadth(points[:, pair]) > FLAT * float(high[0] - low[0])]
 

@@ -1,15 +1,19 @@
-"""The answer of a comparison: who is shown to be best where, and by what number."""
+"""The answer of a comparison: who is best where, by how much, and whom no flight tells apart.
+
+One rule decides, pair by pair: a controller is better than another if it certainly keeps closer to its path flight by flight,
+by more than next to nothing, has no larger median, and does not certainly lose more flights. Whom nobody is better than leads
+its situation: alone it is best, several are tied. A median alone decides nothing.
+"""
 
 import math
-from collections.abc import Sequence
 from statistics import median as middle
 from typing import NamedTuple
 
 from quadstep.metrics.verdict import FlightGrade
-from quadstep.report.units import DIGITS, listed, metric, number, percent, suited, unit_suffix
+from quadstep.report.units import DIGITS, interval, listed, metric, number, percent, suited, unit_suffix
 from quadstep.studies.comparison.cells import Situation
-from quadstep.studies.comparison.entrants import Comparison
-from quadstep.studies.comparison.ranking import Pair
+from quadstep.studies.comparison.entrants import Comparison, SituationResult
+from quadstep.studies.comparison.ranking import Pair, flights_to_decide
 from quadstep.studies.tuning.objective import NEGLIGIBLE
 
 MOST_NAMED = 4
@@ -17,6 +21,9 @@ MOST_NAMED = 4
 
 SEVERAL = 8
 """Controllers that a sentence names; more are counted, and tables have them."""
+
+MOST_FLIGHTS = 100_000
+"""Of a cell (`--seeds`)."""
 
 
 class Unit(NamedTuple):
@@ -26,7 +33,9 @@ class Unit(NamedTuple):
     factor: float
 
     def text(self, value: float, digits: int = DIGITS) -> str:
-        """A value in SI, as a sentence has it."""
+        """A value in SI, as a sentence has it; what is infinite is lost."""
+        if not math.isfinite(value):
+            return "lost"
         return number(self.factor * value, digits) + unit_suffix(self.name).replace("\N{NO-BREAK SPACE}", " ")
 
 
@@ -37,138 +46,168 @@ def unit_of(results: Comparison, name: str) -> Unit:
 
 
 def answer(results: Comparison) -> str:
-    """Who is best where that is shown; elsewhere who leads, and over whom that is not shown."""
-    found = {situation: leading(results, situation) for situation in results.ranked}
-    won = {where: best for where, (best, rivals) in found.items() if best and not rivals}
-    short = all(one.grade and one.grade.grade is not FlightGrade.AS_ASKED for one in results.results)  # none of an autopilot
-    nobody = f"No {results.kind} flies as asked{' in any situation' * (len(found) > 1)}: "
-    untuned = results.entrants and results.kind == "controller" and not any(one.trained for one in results.entrants)
-    return (
-        (nobody if short else "")
-        + (named(results, found, won) if len(found) <= MOST_NAMED else numbered(results, list(won.values())))
-        + (" No gains were tuned for this comparison." if untuned else "")
-    )
+    """Who is best where, or tied; of many situations, in how many."""
+    graded = [one.grade for one in results.results]  # none of an autopilot
+    short = all(one and one.grade is not FlightGrade.AS_ASKED for one in graded)
+    lines = [f"No {results.kind} flies as asked{' in any situation' * (len(results.ranked) > 1)}:"] * short
+    lines += [overall(results)] * (len(results.ranked) > 1)
+    lines += [of_situation(results, one) for one in results.ranked] if len(results.ranked) <= MOST_NAMED else []
+    return " ".join(lines)
 
 
-def leading(results: Comparison, situation: Situation) -> tuple[str, list[str]]:
-    """Who has the smallest median, nobody where all lose half of their flights; than whom it is not shown to be better by
-    more than next to nothing, or loses more flights for sure.
-    """
-    medians = {one.controller: one.spreads[results.metric].median.value for one in results.of(situation)}
-    best = min(medians, key=medians.__getitem__)
-    if not math.isfinite(medians[best]):
-        return "", []
-    if results.ranked[situation].copies:
-        near = medians[best] + NEGLIGIBLE * abs(medians[best])
-        return best, [name for name, value in medians.items() if name != best and value <= near]
-    beaten = {
-        other
-        for pair in results.ranked[situation].pairs
-        for one, other in (pair[:2], pair[1::-1])
-        if pair.winner == best == one and pair.keeper != other and not negligible(results, situation, pair)
-    }
-    return best, [name for name in medians if name not in (best, *beaten)]
+def better(results: Comparison, situation: Situation, pair: Pair) -> str | None:
+    """Who of a pair is better; None where neither is. Of flights that are all alike, whose number is smaller."""
+    ranked, cells = results.ranked[situation], {one.controller: one for one in results.of(situation)}
+    keys = {name: (median(results, cells[name]), ranked.ranks[name]) for name in pair[:2]}
+    one, other = sorted(pair[:2], key=lambda name: keys[name])
+    if ranked.copies:
+        return one if (1.0 + NEGLIGIBLE) * keys[one][0] < keys[other][0] else None
+    certain = pair.winner == one and pair.keeper != other and not negligible(results, situation, pair)
+    return one if certain and keys[one] < keys[other] else None
 
 
-def named(results: Comparison, found: dict[Situation, tuple[str, list[str]]], won: dict[Situation, str]) -> str:
-    """Situation by situation."""
-    copies = all(one.copies for one in results.ranked.values())
-    words = f"{'' if copies else 'median '}{metric(results.metrics[results.metric])[0]}"
-    parts: list[str] = []
-    for name in dict.fromkeys(won.values()):
-        there = [where for where, best in won.items() if best == name]
-        places = [f"{within(results, where)}({worth(results, where, name)})" for where in there]
-        parts.append(f"{several([name])} {'' if parts else 'is best '}{listed(places)}")
-    if parts:
-        parts[0] = parts[0].replace("(", f"({words} ", 1)
-    said = [f"{', '.join(parts[:-1])}{', and ' if parts[1:] else ''}{parts[-1]}."] if parts else []
-    for where, (best, rivals) in found.items():
-        place = within(results, where).strip()
-        start = f"I{place[1:]}, " if place else ""
-        if not best:
-            said.append(f"{start}{'every' if start else 'Every'} {results.kind} loses at least half of its flights.")
-        elif rivals:
-            equal = tied(results, where, best)
-            pairs = [pair for pair in results.ranked[where].pairs if best in pair[:2]]
-            worse = [pair.winner for pair in pairs if pair.winner in rivals]
-            lossy = [pair.keeper for pair in pairs if pair.keeper in rivals]
-            left = [name for name in rivals if name not in (*equal, *worse, *lossy)]
-            beside = f" ({median(results, where, left[0])})" if len(left) == 1 < len(results.ranked) else ""
-            slight = any(negligible(results, where, pair) for pair in pairs)
-            by = f" by {100.0 * NEGLIGIBLE:g} % or more" if slight or results.ranked[where].copies else ""
-            but = [f"is not shown to be better{by} than {several(left)}{beside}"] * bool(left)
-            but += [f"flight by flight is worse than {several(worse)}"] * bool(worse)
-            but += [f"certainly loses more flights than {several(lossy)}"] * bool(lossy)
-            has = "has" if equal == [best] else "share"
-            text = f"{start}{several(equal)} {has} the smallest {words} ({worth(results, where, best)})"
-            said.append(f"{text}{', but ' * bool(but)}{listed(but)}.")
-    return " ".join(said)
+def leaders(results: Comparison, situation: Situation) -> list[str]:
+    """Whom nobody is better than, the smallest median first; nobody where all lose half of their flights."""
+    cells = sorted(results.of(situation), key=lambda one: median(results, one))
+    if not math.isfinite(median(results, cells[0])):
+        return []
+    winners = [(pair, better(results, situation, pair)) for pair in results.ranked[situation].pairs]
+    beaten = {name for pair, winner in winners if winner for name in pair[:2] if name != winner}
+    return [one.controller for one in cells if one.controller not in beaten]
 
 
-def numbered(results: Comparison, winners: Sequence[str]) -> str:
-    """In how many situations who is best."""
-    count = {name: winners.count(name) for name in sorted(set(winners), key=lambda name: (-winners.count(name), name))}
-    first = " is shown to be best in {} of " + f"{len(results.ranked)} situations"
-    parts = [f"{name}{f' in {many}' if place else first.format(many)}" for place, (name, many) in enumerate(count.items())]
-    rest = len(results.ranked) - len(winners)
-    nobody = f"no {results.kind} is shown to be better than all others"
-    if not parts:
-        return f"In none of {len(results.ranked)} situations is one {results.kind} shown to be better than all others."
-    return f"{listed(parts[:SEVERAL])}.{f' In {rest}, {nobody}.' if rest else ''}"
+def first(results: Comparison) -> tuple[list[str], int]:
+    """Who is best or tied in the most situations, and in how many."""
+    lead = [name for one in results.ranked for name in leaders(results, one)]
+    most = max((lead.count(name) for name in results.controllers), default=0)
+    return [name for name in results.controllers if most and lead.count(name) == most], most
 
 
-def within(results: Comparison, situation: Situation) -> str:
-    """In which situation, without what all share, in quotes where it is more than a word, and a blank."""
-    parts = [part for place, part in enumerate(situation) if len({one[place] for one in results.ranked}) > 1]
-    name = ", ".join(filter(None, parts))
-    return "" if not parts else f"in '{name}' " if " " in name else f"in {name} "
+def overall(results: Comparison) -> str:
+    """Who leads in how many of several situations, in a sentence."""
+    who, most = first(results)
+    each, many = [leaders(results, one) for one in results.ranked], len(results.ranked)
+    if not who:
+        return f"Every {results.kind} loses at least half of its flights in each situation."
+    alone = each.count(who) if len(who) == 1 else 0
+    how = "best" if alone == most else "best or tied for best" if alone else "tied for best"
+    if most == many:
+        return f"{several(who)} {'is' if len(who) == 1 else 'are'} {how} in all {many} situations."
+    nearest = f"{several(who)} {'is' if len(who) == 1 else 'are each'} so in {most}, more than any other"
+    return f"No {results.kind} is best or tied for best in all {many} situations; {nearest}."
 
 
-def median(results: Comparison, situation: Situation, name: str, digits: int = 3) -> str:
-    """Of a controller's flights."""
-    value = next(one.spreads[results.metric].median.value for one in results.of(situation) if one.controller == name)
-    return unit_of(results, results.metric).text(value, digits) if math.isfinite(value) else "lost"
-
-
-def worth(results: Comparison, situation: Situation, best: str) -> str:
-    """The median of the best, what speaks against it, of one situation the next best too, and who loses flights."""
+def of_situation(results: Comparison, situation: Situation) -> str:
+    """Who is best in a situation, by how much, or who is tied and what would tell them apart; who loses flights."""
     cells = {one.controller: one for one in results.of(situation)}
-    lost, grade = cells[best].lost.value, cells[best].grade
-    loses = f", though it loses {percent(lost)} of its flights" if lost else ""
-    if grade and grade.labels:
-        nobody = len(cells) > 1 and all(one.grade and one.grade.grade is not FlightGrade.AS_ASKED for one in cells.values())
-        loses += f", {f'though no {results.kind} flies' if nobody else 'but not'} as asked: {listed(grade.labels)}"
-    text = median(results, situation, best) + loses
-    others = {name: one for name, one in cells.items() if name not in tied(results, situation, best)}
-    if others and len(results.ranked) == 1:
-        second = min(others, key=lambda name: others[name].spreads[results.metric].median.value)
-        both = [[median(results, situation, name, digits) for name in (best, second)] for digits in range(3, 7)]
-        worse = any(pair.winner == best and second in pair[:2] for pair in results.ranked[situation].pairs)
-        same = both[0][0], f"the same{', but flight by flight worse' * worse}"
-        text, least = next((pair for pair in both if pair[0] != pair[1]), same)
-        text += f"{loses}, next {second} with {least}" if least != "lost" else loses
-    losing = [f"{name} loses {percent(one.lost.value)}" for name, one in others.items() if one.lost.value]
-    if len(losing) > 2:
-        return f"{text}, while {len(losing)} others lose flights"
-    return f"{text}, while {listed(losing)} of its flights" if losing else text
+    ranked, names = results.ranked[situation], leaders(results, situation)
+    place = results.place(situation, whole=True) if len(results.ranked) > 1 else ""
+    tuned = " (tuned in)" * (situation in results.tuned_in)
+    quote = "'" * (" " in place)
+    where = f"In {quote}{place}{quote}{tuned}, " if place else ""
+    if not names:
+        return f"{where}{'every' if where else 'Every'} {results.kind} loses at least half of its flights."
+    rest = sorted((name for name in cells if name not in names), key=lambda name: median(results, cells[name]))
+    named = [*names, *rest[:1]]
+    what = f"{'' if ranked.copies else 'median '}{metric(results.metrics[results.metric])[0]}"
+    texts = dict(zip(named, medians(results, [cells[name] for name in named]), strict=True))
+    notes = {name: remarks(cells[name]) for name in names}
+    if len(names) == 1 and len(cells) > 1:
+        by = f", next {rest[0]} with {texts[rest[0]]}{more(results, situation, names[0], rest[0])}"
+        next_best = by * math.isfinite(median(results, cells[rest[0]]))
+        text = f"{names[0]} is best ({what} {texts[names[0]]}{notes[names[0]]}){next_best}"
+    elif len(names) == 1:
+        text = f"{names[0]} has a {what} of {texts[names[0]]}{notes[names[0]]}"
+    elif len(names) > SEVERAL:
+        text = f"{len(names)} of {len(cells)} {results.kind}s are tied for best, {names[0]} with the smallest {what}, "
+        text += f"{texts[names[0]]}{notes[names[0]]}"
+    else:
+        each = [
+            f"{several([name])} ({f'{what} ' * (not place_)}{texts[name]}{notes[name]})" for place_, name in enumerate(names)
+        ]
+        text = f"{listed(each)} are tied for best{apart(results, situation, names)}"
+    lost = {name: cells[name].lost.value for name in rest if cells[name].lost.value}
+    if len(lost) > 2:
+        text += f"; {len(lost)} others lose flights"
+    elif lost:
+        text += f"; {listed([f'{several([name])} loses {percent(share)}' for name, share in lost.items()])} of its flights"
+    return f"{where}{text}."
 
 
-def tied(results: Comparison, situation: Situation, best: str) -> list[str]:
-    """Who has the median and the mean rank of the best, itself among them."""
-    ranks = results.ranked[situation].ranks
-    places = {
-        one.controller: (one.spreads[results.metric].median.value, ranks[one.controller]) for one in results.of(situation)
-    }
-    return [name for name, place in places.items() if place == places[best]]
+def medians(results: Comparison, cells: list[SituationResult]) -> list[str]:
+    """The medians of some cells, with as many digits as tell them apart, up to six."""
+    values, unit = [median(results, one) for one in cells], unit_of(results, results.metric)
+    tried = [[unit.text(one, digits) for one in values] for digits in range(DIGITS, 7)]
+    return next((texts for texts in tried if len(set(texts)) == len(set(values))), tried[0])
+
+
+def remarks(one: SituationResult) -> str:
+    """What speaks against a leader: lost flights, and why its median flight is not as asked."""
+    loses = f", though it loses {percent(one.lost.value)} of its flights" if one.lost.value else ""
+    return loses + (f", but not as asked: {listed(one.grade.labels)}" if one.grade and one.grade.labels else "")
+
+
+def more(results: Comparison, situation: Situation, best: str, other: str) -> str:
+    """How much larger the other's error is, flight by flight, with its interval; nothing where that is not shown."""
+    pair = next(one for one in results.ranked[situation].pairs if {best, other} == {*one[:2]})
+    gap, low, high = pair.difference if pair.second == best else (-one for one in pair.difference)
+    low, high = sorted((low, high))
+    if results.ranked[situation].copies or not low > 0.0:
+        return ""
+    larger = interval(gap, low, high, metric(results.metrics[results.metric])[1], gap)
+    return f" ({larger} more, flight by flight)".replace("\N{NO-BREAK SPACE}", " ")
+
+
+def apart(results: Comparison, situation: Situation, names: list[str]) -> str:
+    """Why none of these is better than another, and how many flights would tell two of them apart; after a colon."""
+    ranked = results.ranked[situation]
+    if ranked.copies:
+        return f": they differ by less than {100.0 * NEGLIGIBLE:g} %"
+    pairs = [pair for pair in ranked.pairs if pair.first in names and pair.second in names]
+    said = [text for pair in pairs if (text := traded(results, situation, pair))]
+    said = said if len(said) <= 2 else [f"{len(said)} pairs of them differ, but not in errors and losses alike"]
+    open_pairs = [pair for pair in pairs if pair.winner is pair.keeper is None]
+    flights = max(one.flights for one in results.of(situation))
+    if not open_pairs:
+        return f": {'; '.join(said)}"
+    by = ""
+    if len(pairs) == 1:
+        by = interval(*pairs[0].difference, metric(results.metrics[results.metric])[1]).replace("\N{NO-BREAK SPACE}", " ")
+        by = f" ({pairs[0].first} less {pairs[0].second}: {by}, flight by flight)".replace("-", "−")
+    said.append(f"{flights:,} flights do not tell {'them' if len(pairs) == 1 else 'all of them'} apart{by}")
+    enough = {flights_to_decide(pair, results.undecided): pair for pair in reversed(open_pairs)}
+    if (least := min(enough)) > flights and results.searches < 2:
+        who = "" if len(pairs) == 1 else f" tell {enough[least].first} from {enough[least].second}"
+        count = f"about {least:,} would" if least <= MOST_FLIGHTS else f"not even {MOST_FLIGHTS:,} would"
+        said.append(f"{count}{who}, if their differences stay as they are")
+    return f": {'; '.join(said)}"
+
+
+def traded(results: Comparison, situation: Situation, pair: Pair) -> str:
+    """What one of a pair has over the other, though neither is better; nothing where nothing is shown."""
+    if pair.winner and pair.keeper and pair.winner != pair.keeper:
+        return f"{pair.winner} keeps closer to its path, but {pair.keeper} loses fewer flights"
+    if pair.winner and negligible(results, situation, pair):
+        return f"{pair.winner} is better than {pair.other(pair.winner)}, by less than {100.0 * NEGLIGIBLE:g} %"
+    if pair.winner:
+        return (
+            f"{pair.winner} is better flight by flight, but its median is not smaller than that of {pair.other(pair.winner)}"
+        )
+    return f"{pair.keeper} loses fewer flights than {pair.other(pair.keeper)}" if pair.keeper else ""
+
+
+def median(results: Comparison, one: SituationResult) -> float:
+    """Of the metric that ranks; infinite where half of the flights are lost."""
+    return one.spreads[results.metric].median.value
 
 
 def negligible(results: Comparison, situation: Situation, pair: Pair) -> bool:
     """Whether a pair is decided, but by flights that all complete and hardly differ."""
-    lower = min(one.spreads[results.metric].median.value for one in results.of(situation) if one.controller in pair[:2])
+    lower = min(median(results, one) for one in results.of(situation) if one.controller in pair[:2])
     return pair.winner is not None and pair.lost == 0.0 and abs(pair.difference.value) < NEGLIGIBLE * lower
 
 
-def several(names: Sequence[str]) -> str:
+def several(names: list[str]) -> str:
     """Names as a sentence lists them, in quotes where one has a comma itself, or how many others they are."""
     if len(names) > SEVERAL:
         return f"{len(names)} others"

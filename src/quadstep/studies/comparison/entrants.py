@@ -205,7 +205,7 @@ class Comparison(NamedTuple):
     """All of a study. metrics: names with units by names without, the first of which ranks. ranked: by situation. margins: by
     their name, vehicle and controller. costs, linear (the loop at rest): by vehicle and controller. problems: what could not
     take part, or went wrong. notes: of whoever wrote the study, on its limits. left_out: who could not take part and
-    need not, a sentence each. tuned_in: situations that gains were tuned in, which do not count in mean ranks. unlike: in what
+    need not, a sentence each. tuned_in: situations that gains were tuned in, marked as such. unlike: in what
     missions differ, a sentence. limits: above which a position RMSE is a large error [m].
     """
 
@@ -214,7 +214,6 @@ class Comparison(NamedTuple):
     seeds: int
     seed: int
     metrics: dict[str, str]
-    situations: tuple[Situation, ...] = ()
     results: tuple[SituationResult, ...] = ()
     ranked: Mapping[Situation, Ranked] = {}
     entrants: tuple[Entrant, ...] = ()
@@ -249,10 +248,24 @@ class Comparison(NamedTuple):
         kept = [place for place, name in enumerate(names) if not (alone and name == "vehicle")]
         return [names[place] for place in kept], [[row[place] for place in kept] for row in rows]
 
-    def place(self, situation: Situation) -> str:
-        """The path and the scenario of a situation, without what is the same in all; empty for missions."""
-        names = [one for i, one in enumerate(situation) if i and len({each[i] for each in self.situations}) > 1]
-        return ", ".join(filter(None, names or situation[1:]))
+    @property
+    def situations(self) -> tuple[Situation, ...]:
+        return tuple(self.ranked)
+
+    @property
+    def vehicles(self) -> list[str]:
+        return list(dict.fromkeys(one.vehicle for one in self.ranked))
+
+    @property
+    def shared(self) -> tuple[str, ...]:
+        """Vehicle, path and scenario as far as several situations have them in common, each empty where they differ."""
+        parts = list(zip(*self.ranked, strict=True)) if len(self.ranked) > 1 else []
+        return tuple(one[0] if len(set(one)) == 1 else "" for one in parts) or ("", "", "")
+
+    def place(self, situation: Situation, whole: bool = False) -> str:
+        """The path and the scenario of a situation, as far as they differ in others. whole: with the vehicle."""
+        parts = list(zip(situation, self.shared, strict=True))
+        return ", ".join(name for name, same in parts[0 if whole else 1 :] if name and not same)
 
     @property
     def limitations(self) -> tuple[str, ...]:
@@ -277,23 +290,15 @@ class Comparison(NamedTuple):
     def of(self, situation: Situation) -> list[SituationResult]:
         return [one for one in self.results if one.situation == situation]
 
-    def overall(self) -> dict[str, float]:
-        """The mean rank of each controller over all situations that no gain was tuned in, 0 the best and 1 the worst; over
-        all where there is no other.
-        """
-        counted = [one for situation, one in self.ranked.items() if situation not in self.tuned_in]
-        return ranking.overall(counted or list(self.ranked.values()))
-
     @property
     def high(self) -> str:
         """What the upper value of a cell is; of few flights the 95 % quantile is no other than the largest."""
         return "95 % quantile" if self.seeds >= QUANTILES_FROM else "largest"
 
     @property
-    def leaders(self) -> list[str]:
-        """Who has the best mean rank: several where they share it."""
-        ranks = self.overall()
-        return [name for name, rank in ranks.items() if rank == min(ranks.values())]
+    def undecided(self) -> int:
+        """Pairs of which it is not shown who keeps closer to its path."""
+        return sum(pair.winner is None for one in self.ranked.values() if not one.copies for pair in one.pairs)
 
     @property
     def searches(self) -> int:

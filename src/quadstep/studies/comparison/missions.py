@@ -18,7 +18,7 @@ from quadstep.report.units import listed
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of, digests
 from quadstep.studies.campaign.varied import leaves, text_of
 from quadstep.studies.comparison.cells import Situation, StudyCell
-from quadstep.studies.comparison.entrants import Comparison, Entrant, Problem
+from quadstep.studies.comparison.entrants import Comparison, Entrant
 from quadstep.studies.comparison.run import ComparisonRun, FinishedComparison, How, concluded, fly, reported
 
 MISSION_METRICS = ("position_rmse", "largest_error")
@@ -39,10 +39,8 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
     names = names_of(paths)
     places = dict(zip(names, paths, strict=True))
     for name, path in places.items():
-        try:
+        with run.problem_of("", name):
             found_cells.append(cell_of(name, path, seeds))
-        except UserError as error:
-            run.report_problem(Problem(("", name), error.lines))
     times = [counted(one.mission) for one in found_cells]
     for one, time in zip(found_cells[1:], times[1:], strict=False):
         pair = " and ".join(str(places[cell.controller]) for cell in (found_cells[0], one))

@@ -145,19 +145,20 @@ A_COLUMN, A_ROW = 0.66, 0.32
 
 
 def draw_heat(path: Path, results: Comparison, vehicle: str, sheet: Sheet) -> None:
-    """Controllers by mean rank, the best on top; the darker a square, the farther from the best of its situation."""
+    """Controllers, the palest on top; the darker a square, the farther from the best of its situation."""
     situations = [one for one in results.situations if one.vehicle == vehicle]
     cells = {(one.controller, one.situation): one for one in results.results if one.situation.vehicle == vehicle}
-    names = [
-        name for name in sorted(results.overall(), key=results.overall().__getitem__) if any(name == key[0] for key in cells)
-    ]
     unit = unit_of(results, results.metric)
     best = [min(median(one, results.metric) for (_, place), one in cells.items() if place == where) for where in situations]
-    shades = np.ones((len(names), len(situations)))
-    for row, name in enumerate(names):
-        for column, where in enumerate(situations):
-            if (name, where) in cells and math.isfinite(value := median(cells[name, where], results.metric)):
-                shades[row, column] = min(1.0, math.log(value / best[column]) / math.log(WORST))
+    known = {
+        key: min(1.0, math.log(value / best[situations.index(key[1])]) / math.log(WORST))
+        for key, one in cells.items()
+        if math.isfinite(value := median(one, results.metric))
+    }
+    names = sorted(
+        dict.fromkeys(name for name, _ in cells), key=lambda name: sum(known.get((name, where), 1.0) for where in situations)
+    )
+    shades = np.array([[known.get((name, where), 1.0) for where in situations] for name in names])
     with drawing(sheet):
         small = rcParams["legend.fontsize"]
         size = (sheet.inches(2.6 + A_COLUMN * len(situations)), 2.6 + A_ROW * len(names))
@@ -177,8 +178,8 @@ def draw_heat(path: Path, results: Comparison, vehicle: str, sheet: Sheet) -> No
         axes.grid(visible=False)
         axes.tick_params(length=0.0)
         axes.set_xlabel(
-            f"median {title(results, results.metric)}, and share lost; the palest cell is the best of its situation, "
-            f"the darkest {WORST:g} times as much"
+            f"median {title(results, results.metric)}, and share lost; the palest cell has the smallest median of its "
+            f"situation, the darkest {WORST:g} times as much"
         )
         write(figure, path, sheet)
 

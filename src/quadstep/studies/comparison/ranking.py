@@ -2,9 +2,8 @@
 
 Every pair is tested by Wilcoxon's signed ranks (1945) of the flights' differences, a lost flight worse than any other, and by
 the exact test of McNemar (1947) of who loses which flights. All tests of one kind in a study are one family, whose p-values
-are corrected by Holm (1979): with 95 % confidence not one of the pairs called decided is wrong. Friedman's test (1937) asks
-whether any controller of a situation differs. Pairs, not mean ranks, decide who is better, as mean ranks depend on who else
-takes part (Benavoli, Corani and Mangili 2016).
+are corrected by Holm (1979): with 95 % confidence not one of the pairs called decided is wrong. Pairs, not mean ranks, decide
+who is better, as mean ranks depend on who else takes part (Benavoli, Corani and Mangili 2016).
 
 Where controllers were tuned several times, a pair is decided only if the gains of each search for the one are better than
 those of each search for the other: its p-value is the largest of all these (an intersection-union test, Berger 1982).
@@ -21,9 +20,10 @@ from typing import NamedTuple
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
-from scipy.stats import binomtest, friedmanchisquare, rankdata, wilcoxon
+from scipy.stats import binomtest, norm, rankdata, wilcoxon
 
 from quadstep.metrics.statistics import LEVEL, Estimate, ordered_quantile, quantile, share
+from quadstep.report.units import rounded_up
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES
 from quadstep.studies.campaign.schema import Campaign
 
@@ -155,18 +155,20 @@ class Pair(NamedTuple):
         """Who certainly loses fewer flights; None where that is undecided."""
         return self.smaller(self.lost, self.p_lost)
 
+    def other(self, name: str) -> str:
+        return self.second if name == self.first else self.first
+
     def smaller(self, difference: float, p: float) -> str | None:
         decided = p < ALPHA and difference != 0.0
         return None if not decided else self.first if difference < 0.0 else self.second
 
 
 class Ranked(NamedTuple):
-    """The controllers of a situation. ranks: mean over flights, 1 the best. friedman: its p-value, not corrected. copies:
-    whether its flights do not differ, so that nothing of them is statistical.
+    """The controllers of a situation. ranks: mean over flights, 1 the best. copies: whether its flights do not differ, so that
+    nothing of them is statistical.
     """
 
     ranks: dict[str, float]
-    friedman: float
     pairs: tuple[Pair, ...]
     copies: bool = False
 
@@ -182,11 +184,11 @@ def compare(flown: Mapping[str, CellFlights], metric: str) -> Ranked:
     table = np.stack(list(columns.values()), axis=1)
     ranks = rankdata(table, axis=1).mean(axis=0)
     pairs = tuple(of_searches(one, other, flown[one], flown[other], metric) for one, other in combinations(flown, 2))
-    found = Ranked(dict(zip(flown, map(float, ranks), strict=True)), friedman(table), pairs)
+    found = Ranked(dict(zip(flown, map(float, ranks), strict=True)), pairs)
     if not same or all(one.lost.all() for one in flown.values()):
         return found
     pairs = tuple(pair._replace(p=1.0, p_lost=1.0) for pair in pairs)
-    return found._replace(friedman=1.0, pairs=pairs, copies=True)
+    return found._replace(pairs=pairs, copies=True)
 
 
 def alike(flown: CellFlights) -> bool:
@@ -194,16 +196,6 @@ def alike(flown: CellFlights) -> bool:
     columns = (flown.lost, *flown.metrics.values())
     equal = all(np.array_equal(one, np.full_like(one, one[0]), equal_nan=True) for one in columns)
     return flown.same or (len(flown.lost) > 1 and equal)
-
-
-def friedman(table: Floats) -> float:
-    """The p-value of Friedman's test; 1 where all are alike, that of the pair where there are two."""
-    if table.shape[1] < 3:
-        return signed_ranks(differences(table[:, 0], table[:, 1])) if table.shape[1] == 2 else 1.0
-    if (table == table[:, :1]).all():
-        return 1.0
-    ranks = rankdata(table, axis=1)  # which is what it depends on, and which is finite
-    return float(friedmanchisquare(*ranks.T).pvalue)
 
 
 def of_searches(first: str, second: str, one: CellFlights, other: CellFlights, metric: str) -> Pair:
@@ -301,6 +293,18 @@ def fewest(pairs: int) -> int:
     return math.floor(2.0 + math.log2(pairs / ALPHA))
 
 
+def flights_to_decide(pair: Pair, undecided: int) -> int | float:
+    """About how many flights would decide a pair, one of so many undecided ones, if its effect stayed as it is: rounded up to
+    two digits; infinite where there is no effect.
+
+    Without one, the rank-biserial correlation of n flights is nearly normal with a variance of 4/(3 n).
+    """
+    if not pair.effect:
+        return math.inf
+    count = 4.0 / 3.0 * (norm.isf(0.5 * ALPHA / max(1, undecided)) / pair.effect) ** 2
+    return int(rounded_up(float(count), 2))
+
+
 def holm(ps: Sequence[float]) -> list[float]:
     """Holm's step-down correction."""
     order = sorted(range(len(ps)), key=lambda place: ps[place])
@@ -309,12 +313,3 @@ def holm(ps: Sequence[float]) -> list[float]:
         least = max(least, min(1.0, (len(ps) - done) * ps[place]))
         found[place] = least
     return found
-
-
-def overall(situations: Sequence[Ranked]) -> dict[str, float]:
-    """The mean over situations of each controller's mean rank, as a share of those that took part: 0 best of all, 1 worst."""
-    shares: dict[str, list[float]] = {}
-    for one in situations:
-        for name, rank in one.ranks.items():
-            shares.setdefault(name, []).append((rank - 1.0) / max(1, len(one.ranks) - 1))
-    return {name: float(np.mean(found)) for name, found in sorted(shares.items(), key=lambda item: float(np.mean(item[1])))}

@@ -22,7 +22,7 @@ from quadstep.report.units import counted, listed
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.single_flight import replay
 from quadstep.studies.comparison import robustness, tables, words
-from quadstep.studies.comparison.answer import SEVERAL, several
+from quadstep.studies.comparison.answer import first, several
 from quadstep.studies.comparison.cells import FIRST, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.jobs import Job
@@ -37,14 +37,13 @@ IN_SUMMARY = 3
 def write_results(out: Path, results: Comparison, flights: Sequence[Job[StudyCell]], sheet: Sheet) -> Evidence:
     """Everything but the flights and gains; what they say. Raises UserError."""
     tables.write_tables(out, results)
-    vehicles = list(dict.fromkeys(one.vehicle for one in results.situations))
-    drawn = {vehicle: Path("figures") / (identity(vehicle, ()) if vehicle else "missions") for vehicle in vehicles}
-    (out / SUMMARY).write_text(markdown(results, drawn), encoding="utf-8")
+    drawn = {vehicle: Path("figures") / (identity(vehicle, ()) if vehicle else "missions") for vehicle in results.vehicles}
     (out / "figures").mkdir()
     for vehicle, name in drawn.items():
         draw_vehicle(out / name, results, vehicle, sheet.with_svg())
     done = evidence(results, flights, drawn, *write_ghosts(out, results, flights))
     done.write(out)
+    (out / SUMMARY).write_text(markdown(results, done), encoding="utf-8")
     return done
 
 
@@ -72,7 +71,6 @@ LOOPS = (
 MEDIANS = "{} of {}; a lost flight ranks worse than any other.{}"
 FAILING = "A disturbance is increased until flights fail, that is, are lost or exceed the error limit."
 RAISED = f"{FAILING} The last column is the share of an equal number of other flights that fail at the 50 % point."
-PAIRS = "In how many situations the row's {} is significantly better or worse than the column's."
 
 
 def evidence(
@@ -83,10 +81,10 @@ def evidence(
     missing: str,
 ) -> Evidence:
     """What was found, for its readers. pictures: the figure of each vehicle. links: into page.html, or why it is missing."""
-    first, *others = words.sentences(results)
+    found, *others = words.sentences(results)
     problems = {one.line for one in results.problems}
     uncounted = words.not_counted(results)
-    said = [*uncounted, *(one for one in (first, *others) if one not in problems), *results.left_out]
+    said = [*uncounted, *(one for one in (found, *others) if one not in problems), *results.left_out]
     many = len(results.controllers) > MANY
     vehicles = [one.vehicle for one in results.situations]
     everywhere = {vehicle: " in every situation" if vehicles.count(vehicle) > 1 else "" for vehicle in pictures}
@@ -103,7 +101,7 @@ def evidence(
     shown = list(figures.values())[:IN_SUMMARY]
     sections: list[Section] = [
         markup.listing(others),
-        markup.paragraph(words.method(results) if results.copies else f"{words.method(results)} {words.tests(results)}"),
+        markup.paragraph(words.method(results)),
         *([markup.heading("Limitations", "limits"), markup.listing(results.limitations)] if results.limitations else []),
         markup.links(links, "See the best two fly under the same conditions:")
         if links
@@ -111,9 +109,12 @@ def evidence(
     ]
     for vehicle, figure in figures.items():
         text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), words.limit(results, vehicle))
-        title = f"{', '.join([vehicle, *words.common(results)]) + ': ' if vehicle else ''}{words.measured(results)}"
+        title = f"{', '.join([vehicle, *filter(None, results.shared[1:])]) + ': ' if vehicle else ''}{words.measured(results)}"
         label = vehicle or "Missions"
-        sections.append(TableSection(label, identity(label, ()), *tables.matrix(results, vehicle), text, shown=title))
+        (corner, *names), rows = tables.matrix(results, vehicle)
+        if many:  # controllers, who then have a row each
+            names, rows = [row[0] for row in rows], [list(one) for one in zip(names, *(row[1:] for row in rows), strict=True)]
+        sections.append(TableSection(label, identity(label, ()), (corner, *names), rows, text, shown=title))
         sections += [] if figure in shown else [figure]
     if results.linear:
         rows, title = robustness.rows(results.linear), "Linear loop at rest, smallest margins over all channels"
@@ -122,12 +123,6 @@ def evidence(
     if results.margins:
         rows, title = tables.margin_rows(results), "Margins, 95 % intervals"
         sections.append(TableSection("Margins", "margins", *results.table(tables.MARGIN_HEADER, rows), RAISED, shown=title))
-    if len(results.controllers) > 1 and not results.copies:
-        ranks = [(name, f"{rank:.2f}") for name, rank in results.overall().items()]
-        header = (results.kind, f"mean rank over {words.ranked_in(results)}, from 0 (best) to 1")
-        names, which = ("", *results.controllers), PAIRS.format(results.kind)
-        sections.append(TableSection("Pairwise comparison", "pairs", names, words.wins(results), which))
-        sections.append(TableSection(header=header, rows=ranks))
     tuned = [TUNED] * any(one.trained for one in results.entrants)
     gains, title = " ".join([*tuned, GAINS, *uncounted]), "Gains and cost"
     costs = results.table(tables.WHO_HEADER, tables.who_rows(results))
@@ -147,14 +142,14 @@ def evidence(
     return Evidence(
         name=results.name,
         kind="Comparison",
-        answer=first,
+        answer=found,
         sentences=said,
         record=as_json(results, flights),
         facts=facts(results),
         figures=shown,
         sections=sections,
         paper=tables.latex_tables(results),
-        fold=("linear", "pairs", *(f"all-{identity(vehicle or 'missions', ())}" for vehicle in figures)),
+        fold=("linear", *(f"all-{identity(vehicle or 'missions', ())}" for vehicle in figures)),
     )
 
 
@@ -165,22 +160,21 @@ def facts(results: Comparison) -> list[markup.Fact]:
     flown = markup.Fact("flights", f"{results.seeds} each", who + where)
     if len(results.controllers) < 2:
         return [flown]
-    rank = min(results.overall().values())
-    decided = sum(pair.winner is not None for one in results.ranked.values() for pair in one.pairs)
-    first = markup.Fact("best mean rank", several(results.leaders), f"{rank:.2f}, from 0 (best) to 1")
-    graded = [(one.controller, one.grade.grade is FlightGrade.AS_ASKED) for one in results.results if one.grade]
-    count = f"{sum(as_asked for _, as_asked in graded)} of {len(graded)}"
-    not_so = [name for name in results.controllers if (name, False) in graded]
-    others = (
-        f"; the others are of {several(not_so)}"
-        if 0 < len(not_so) <= SEVERAL and len(not_so) < len(results.controllers)
-        else ""
+    lead, most = first(results)
+    leads = markup.Fact(
+        "best or tied for best", several(lead) if lead else "none", f"in {most} of {len(results.ranked)} situations"
     )
+    graded = [one.grade.grade is FlightGrade.AS_ASKED for one in results.results if one.grade]
+    count = f"{sum(graded)} of {len(graded)}"
     each = " in each situation" if len(results.ranked) > 1 else ""
-    asked = markup.Fact("median flights as asked", count, f"one of each {results.kind}{each}{others}")
-    pairs = markup.Fact("pairs decided", f"{decided} of {results.pairs}", "with 95 % confidence in all of them jointly")
+    asked = markup.Fact("median flights as asked", count, f"one of each {results.kind}{each}")
+    pairs = markup.Fact(
+        "pairs decided",
+        f"{results.pairs - results.undecided} of {results.pairs}",
+        "with 95 % confidence in all of them jointly",
+    )
     return [
-        *([first] if len(results.ranked) > 1 else []),
+        *([leads] if len(results.ranked) > 1 else []),
         *([asked] if graded else []),
         *([pairs] if results.pairs else []),
         flown,
@@ -200,8 +194,6 @@ def as_json(results: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str,
         "sentences": words.sentences(results),
         "cells": list(tables.cell_rows(results)),
         "pairs": list(tables.pair_rows(results)),
-        "overall": results.overall(),
-        "friedman": {situation.label: one.friedman for situation, one in results.ranked.items()},
         "controllers": [
             {"vehicle": one.vehicle, "controller": one.name, "gains": one.origin, "tuned": trained and trained._asdict()}
             for one, trained in ((one, one.trained) for one in results.entrants)
@@ -221,43 +213,21 @@ def as_json(results: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str,
     }
 
 
-def markdown(results: Comparison, pictures: Mapping[str, Path]) -> str:
-    """The page. pictures: the figure of each vehicle, without its ending."""
-    first, *others = words.sentences(results)
-    of_all = words.of_all(results) if len(results.controllers) > 1 else []
-    parts = [
-        f"# {results.name}",
-        f"Made by quadstep {__version__} from `{Path(results.source).name}`, seed {results.seed}.",
-        first,
-        *([bullets(of_all)] if of_all else []),
-    ]
-    if results.limitations:
-        parts += ["## Limitations", bullets(results.limitations)]
-    for vehicle in dict.fromkeys(one.vehicle for one in results.situations):
-        metric = words.title(results, results.metric)
-        parts += [
-            f"## {vehicle or 'Missions'}",
-            MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), words.limit(results, vehicle)),
-            f"![{metric} for every situation and controller]({pictures[vehicle].as_posix()}.png)",
-            markdown_table(*turned(*tables.matrix(results, vehicle))),
-        ]
-    if results.margins:
-        parts += ["## Margins", FAILING, markdown_table(*results.table(tables.MARGIN_HEADER, tables.margin_rows(results)))]
-    rest = others[len(of_all) :]
-    parts += [*(["## Situation by situation", bullets(rest)] if rest else []), words.method(results)]
-    if len(results.controllers) > 1 and not results.copies:
-        ranked = [[name, f"{rank:.2f}"] for name, rank in results.overall().items()]
-        header = (results.kind, f"over {words.ranked_in(results)}, from 0 (best) to 1")
-        parts += ["## Mean ranks", markdown_table(header, ranked)]
-    costs = markdown_table(*results.table(tables.WHO_HEADER, tables.who_rows(results)))
-    parts += ["## Gains and cost", costs, *words.not_counted(results)]
-    return "\n\n".join(parts) + "\n"
-
-
-def turned(header: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[list[str], list[list[str]]]:
-    """A table with its rows as columns: controllers are many, situations few."""
-    first, *names = header
-    return [first, *(row[0] for row in rows)], [[name, *(row[i + 1] for row in rows)] for i, name in enumerate(names)]
+def markdown(results: Comparison, found: Evidence) -> str:
+    """The page: what was found, and the tables of the report that are for every reader."""
+    parts = [f"# {found.name}", f"Made by quadstep {__version__} from `{Path(results.source).name}`, seed {results.seed}."]
+    parts += [found.answer, bullets(words.sentences(results)[1:])]
+    parts += ["## Limitations", bullets(results.limitations)] if results.limitations else []
+    parts += [f"![{one.caption}]({one.name}.png)" for one in found.figures]
+    folded = False
+    for one in (section for section in found.sections if isinstance(section, TableSection)):
+        folded = one.anchor in found.fold if one.title else folded
+        if folded:
+            continue
+        rows = [[cell if isinstance(cell, str) else cell[0] for cell in row] for row in one.rows]
+        parts += [*([f"## {one.title}"] if one.title else []), *([one.text] if one.text else [])]
+        parts.append(markdown_table(one.header, rows))
+    return "\n\n".join([*parts, words.method(results)]) + "\n"
 
 
 def bullets(lines: Sequence[str]) -> str:
@@ -280,7 +250,7 @@ def ghosts(results: Comparison, flights: Sequence[Job[StudyCell]]) -> Shown:
     """
     shown: list[ShownFlight] = []
     links: list[tuple[str, str, str]] = []
-    for vehicle in dict.fromkeys(one.vehicle for one in results.situations):
+    for vehicle in results.vehicles:
         situation = hardest(results, vehicle)
         ranked = sorted(results.of(situation), key=lambda one: results.ranked[situation].ranks[one.controller])
         jobs = {job.subject.controller: job for job in flights if job.subject.situation == situation}

@@ -3,7 +3,7 @@
 import contextlib
 import itertools
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -69,6 +69,14 @@ class ComparisonRun:
         if not self.how.keep_going:
             raise UserError(*problem.lines)
         self.problems.append(problem)
+
+    @contextlib.contextmanager
+    def problem_of(self, vehicle: str, controller: str) -> Iterator[None]:
+        """What is wrong here is a problem of this controller."""
+        try:
+            yield
+        except UserError as error:
+            self.report_problem(Problem((vehicle, controller), error.lines))
 
     def out(self, vehicle: str, controller: str) -> bool:
         """Whether a controller takes part no more."""
@@ -198,11 +206,11 @@ def concluded(
         return Linear(**content)
 
     grades = {(one.subject.situation, one.subject.controller): run.read(one, graded) for one in again}
-    grades |= {cell: Graded(FlightGrade.LOST) for cell, one in each(flown).items() if one.middle(about.metric) is None}
+    every = {(place, name): one for place, many in flown.items() for name, one in many.items()}
+    grades |= {cell: Graded(FlightGrade.LOST) for cell, one in every.items() if one.middle(about.metric) is None}
     found = about._replace(
         seeds=max(job.flights for job in flights),
-        situations=tuple(flown),
-        results=tuple(result(*cell, one, about.metrics, grades.get(cell)) for cell, one in each(flown).items()),
+        results=tuple(result(*cell, one, about.metrics, grades.get(cell)) for cell, one in every.items()),
         ranked=ranks(flown, about.metric),
         limits=large_errors([(one.subject.situation, run.read(one, error_limit) or 0.0) for one in again]),
         costs={one.controller: price for one in asked if one.kind == COSTS and (price := run.read(one, cost.from_json))},
@@ -225,21 +233,14 @@ def large_errors(known: Sequence[tuple[Situation, float]]) -> dict[Situation, fl
     return {place: min(one) for place, one in found.items() if len(one) > 1 and 0.0 < max(one) < 1.001 * min(one)}
 
 
-def each(flown: Mapping[Situation, Mapping[str, CellFlights]]) -> dict[tuple[Situation, str], CellFlights]:
-    """The flights of every cell."""
-    return {(place, name): one for place, many in flown.items() for name, one in many.items()}
-
-
 def cells(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entrant]) -> list[StudyCell]:
     """Everybody in every situation, with the gains of each search."""
-    found = []
+    found: list[StudyCell] = []
     for situation in study.situations():
         for one in everybody:
             if one.vehicle == situation.vehicle and not run.out(one.vehicle, one.name):
-                try:
+                with run.problem_of(one.vehicle, one.name):
                     found += [study.cell(situation, one.name, each.table, i) for i, each in enumerate((one, *one.others))]
-                except UserError as error:
-                    run.report_problem(Problem((one.vehicle, one.name), error.lines))
     return found
 
 
@@ -292,13 +293,11 @@ def check_all(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[En
     run.how.progress.doing("checking")
     wanted = cells(study, run, everybody)
     for cell in wanted:
-        if not run.out(cell.situation.vehicle, cell.controller):
-            try:
+        if not run.out(*cell.who):
+            with run.problem_of(*cell.who):
                 study.check_cell(cell)
-            except UserError as error:
-                run.report_problem(Problem((cell.situation.vehicle, cell.controller), error.lines))
     raises(study, run, everybody)
-    left = [cell for cell in wanted if not run.out(cell.situation.vehicle, cell.controller)]
+    left = [cell for cell in wanted if not run.out(*cell.who)]
     return reported(study.source, study.reported(), left or wanted)
 
 
@@ -307,10 +306,8 @@ def raises(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entra
     for name, entry in (study.file.margins or {}).items():
         for one in everybody:
             if entry.suits(one.vehicle) and not run.out(one.vehicle, one.name):
-                try:
+                with run.problem_of(one.vehicle, one.name):
                     jobs.append(raising(robustness.raised(study, one.vehicle, name, one.name, one.table)))
-                except UserError as error:
-                    run.report_problem(Problem((one.vehicle, one.name), error.lines))
     return jobs
 
 

@@ -9,8 +9,7 @@ import pyarrow as pa
 from quadstep.report.publish import booktabs, cell, write_csv
 from quadstep.report.units import counted, number, percent
 from quadstep.studies.campaign.store import parquet
-from quadstep.studies.comparison.answer import unit_of
-from quadstep.studies.comparison.cells import Situation
+from quadstep.studies.comparison.answer import leaders, unit_of
 from quadstep.studies.comparison.cost import BOARD
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.words import NOTHING, interval_text, measured, share_lost, title
@@ -177,24 +176,17 @@ LOOP = (
 
 
 def latex_tables(results: Comparison) -> str:
-    """A table for each vehicle: medians with 95 % quantiles, the smallest median of a situation in bold, and margins."""
+    """A table for each vehicle: medians with 95 % quantiles, in bold of those who are best or tied for best, and margins."""
     tables = []
-    for vehicle in dict.fromkeys(one.vehicle for one in results.situations):
+    for vehicle in results.vehicles:
         header, rows = matrix(results, vehicle)
         there = [one for one in results.situations if one.vehicle == vehicle]
-        bold = [(0, i, header.index(name)) for i, situation in enumerate(there) for name in best(results, situation)]
+        bold = [(0, i, header.index(name)) for i, situation in enumerate(there) for name in leaders(results, situation)]
         text = f"{results.name}: {measured(results)}, {counted(results.seeds, 'flight')} per cell"
         loops = [[name, *(loop_cell(results, vehicle, one, value) for one in header[1:])] for name, value in LOOP]
         comments = [text, *([vehicle] if vehicle else []), "margins: the least over all channels, at rest"]
         tables.append(booktabs(header, [rows, loops], comments, bold))
     return "\n".join(tables)
-
-
-def best(results: Comparison, situation: Situation) -> list[str]:
-    """The controllers with the smallest median, to the digits shown; nobody where all lose half of their flights."""
-    medians = {one.controller: one.spreads[results.metric].median.value for one in results.of(situation)}
-    least = min(medians.values())
-    return [name for name, one in medians.items() if f"{one:.3g}" == f"{least:.3g}" and math.isfinite(one)]
 
 
 def loop_cell(results: Comparison, vehicle: str, controller: str, value: Callable[[Mapping[str, float]], float]) -> str:

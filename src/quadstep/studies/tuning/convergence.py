@@ -1,4 +1,4 @@
-"""The picture of a tuning run: the objective and the gains of every candidate over the flights."""
+"""The picture of a tuning run: the objective of every candidate over the flights."""
 
 import math
 from collections.abc import Mapping
@@ -11,10 +11,11 @@ from quadstep.report import units
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import LINES, figure_at, legend_columns
 from quadstep.report.colours import COLOURS
-from quadstep.report.sheet import COLUMN, Sheet
+from quadstep.report.evidence import Figure
+from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
-from quadstep.studies.tuning.gains import TunedGain
 from quadstep.studies.tuning.ground import TuningRequest
+from quadstep.studies.tuning.objective import Compared
 from quadstep.studies.tuning.search import Candidate, SearchResult
 
 MOST_TOLD = 400
@@ -24,40 +25,35 @@ LEGEND_ROW = 0.18
 """Height of a legend's row [in]."""
 
 
-def draw_search(path: Path, request: TuningRequest, result: SearchResult, sheet: Sheet) -> None:
-    """Write `path` in the sheet's formats."""
-    rows, columns = max(3, len(request.gains)), sheet.side_by_side(2)  # rows: of a legend, at most
+def draw_search(path: Path, request: TuningRequest, result: SearchResult, compared: Compared, sheet: Sheet) -> Figure:
+    """Write `path` in the sheet's formats; gives it with its caption."""
+    rows = 3 if sheet.width is not None else 2  # of a legend, at most
     height = 2.9 + LEGEND_ROW * rows
-    sides = 0.075, 0.48 / height, 0.985, 1.0 - (0.14 + LEGEND_ROW * rows) / height, 0.24
-    with figure_at(path, sheet, (COLUMN, height, 4.2), *sides) as figure:
-        both = figure.subplots(2 // columns, columns, sharex=True)
-        draw_objective(both[0], request, result)
-        draw_gains(both[1], request, result)
-        for axes in both:
-            marks, names = axes.get_legend_handles_labels()
-            if marks:
-                ncols = legend_columns(figure.get_figwidth() / columns, names, 3)
-                legend = axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols)
-                for text in legend.get_texts():
-                    text.set_parse_math(True)
-            axes.set_xlabel("flights" if axes is both[1] or columns > 1 else "")
-        figure.align_ylabels()
+    with figure_at(
+        path, sheet, (PHONE, height), 0.14, 0.48 / height, 0.985, 1.0 - (0.14 + LEGEND_ROW * rows) / height
+    ) as figure:
+        axes = figure.subplots()
+        draw_objective(axes, request, result)
+        names = axes.get_legend_handles_labels()[1]
+        ncols = legend_columns(figure.get_figwidth(), names, 3)
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols)
+        axes.set_xlabel("flights")
+    missed = any(not one.judged.feasible and math.isfinite(one.judged.objective) for one in result.history)
+    return Figure(
+        path.name,
+        f"The objective of each candidate{'; a cross misses a constraint or loses a flight' * missed}"
+        f"{'; most margins are estimates' * bool(compared.limits)}. The lower, the better.",
+    )
 
 
 def draw_objective(axes: Axes, request: TuningRequest, result: SearchResult) -> None:
     """Every candidate's, told apart by whether it completed and kept the constraints, and the best so far."""
     known = [one for one in result.history if math.isfinite(one.judged.objective)]
+    good, bad = ([one for one in known if one.judged.feasible is kept] for kept in (True, False))
+    cross = {"marker": "x", "color": COLOURS["vermillion"], "linewidths": 0.7}
     kinds = (
-        (
-            "keeps the constraints so far tested",
-            [one for one in known if one.judged.feasible],
-            {"marker": ".", "color": "0.55"},
-        ),
-        (
-            "misses a constraint or loses a flight",
-            [one for one in known if not one.judged.feasible],
-            {"marker": "x", "color": COLOURS["vermillion"], "linewidths": 0.7},
-        ),
+        ("keeps the constraints so far tested", good, {"marker": ".", "color": "0.55"}),
+        ("misses a constraint or loses a flight", bad, cross),
     )
     for kind, candidates, marks in kinds:
         if candidates:
@@ -78,26 +74,6 @@ def draw_objective(axes: Axes, request: TuningRequest, result: SearchResult) -> 
         axes.set_yscale("log")
         plain_decades(axes.yaxis)
     axes.set_ylabel("objective")
-
-
-def draw_gains(axes: Axes, request: TuningRequest, result: SearchResult) -> None:
-    """Those of the best so far, each in its range."""
-    best = leaders(result)
-    last = result.history[-1].flights
-    for place, one in enumerate(request.gains):
-        values = [candidate.point[place] for candidate in best]
-        style = LINES[place % len(LINES)]
-        flights = [*(candidate.flights for candidate in best), last]
-        axes.step(flights, [*values, values[-1]], where="post", label=gain_range(request, one), **style)
-    axes.set_ylim(-0.03, 1.03)
-    axes.set_yticks([0.0, 1.0], ["low", "high"])
-    axes.set_ylabel("best gains so far, in their ranges")
-
-
-def gain_range(request: TuningRequest, one: TunedGain) -> str:
-    """A gain, its unit and its range."""
-    name, *unit = label(request.mission, one.key).removeprefix("controller ").partition(" [")
-    return f"{units.label(name)}{''.join(unit)}: {one.range.low:.4g} to {one.range.high:.4g}"
 
 
 def leaders(result: SearchResult) -> list[Candidate]:

@@ -23,32 +23,29 @@ HEADER = ("", "current", "tuned", "tuned - current")
 
 
 def evidence(
-    request: TuningRequest, result: SearchResult, compared: Compared, figure: str, record: dict[str, object], first: str = ""
+    request: TuningRequest,
+    result: SearchResult,
+    compared: Compared,
+    figures: Sequence[Figure],
+    record: dict[str, object],
+    first: str = "",
 ) -> Evidence:
-    """What was tuned, and what it is worth. figure: of the search, its file without ending. record: of metrics.json. first: a
-    sentence that comes before all others.
-    """
+    """What was tuned, and what it is worth. record: of metrics.json. first: a sentence that comes before all others."""
+    changes = changed(request, result)
     gains, measured, many = gain_rows(request, result), measured_rows(compared), compared.flights > 1
     success = f"A flight succeeds if it completes{' and keeps every constraint on flights' if compared.kept else ''}."
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
     both = f"{flights}, the same for both; 95 % intervals. Differences are paired by flight."
     alone = "Nothing is random in this mission, so there is one flight with each set of gains."
-    missed = any(not one.judged.feasible and math.isfinite(one.judged.objective) for one in result.history)
     return Evidence(
         name=request.mission.name,
         kind="Tuning",
         answer=" ".join(filter(None, (first, answer(compared)))),
-        sentences=[*filter(None, [first]), answer(compared)],
+        sentences=[*filter(None, [first]), answer(compared), *changes],
+        more=changes,
         record=record,
         facts=facts(compared),
-        figures=[
-            Figure(
-                figure,
-                f"The objective of each candidate{'; a cross misses a constraint or loses a flight' * missed}"
-                f"{'; most margins are estimates' * bool(compared.limits)}. "
-                "Beside it: the best gains so far, each scaled to its own search range (see legend).",
-            )
-        ],
+        figures=figures,
         sections=[
             markup.links([("tuned.toml", "the mission with the tuned gains"), ("history.csv", "every candidate")]),
             TableSection("The gains", "gains", ("gain", *HEADER[1:3], ""), gains, set_as=units.rich),
@@ -130,6 +127,23 @@ def gain_rows(request: TuningRequest, result: SearchResult) -> list[tuple[str, .
     near = near_ends(request, result.best.values)
     ends = [near.get(one.key, "") for one in request.gains]
     return list(zip(before, before.values(), after.values(), ends, strict=True))
+
+
+def changed(request: TuningRequest, result: SearchResult) -> list[str]:
+    """By what factor each gain changes and what it is, the largest change first: a sentence, if any changes."""
+    gains, before, after = request.mission.controller.controller.by_key(), result.present.values, result.best.values
+    factors = {
+        one.key: after[leaf.key] / before[leaf.key]
+        for one in request.gains
+        for leaf in one.leaves[:1]
+        if before[leaf.key] * after[leaf.key] > 0.0 and after[leaf.key] != before[leaf.key]
+    }
+    said = []
+    for key in sorted(factors, key=lambda key: -abs(math.log(factors[key]))):
+        name = key.removeprefix("controller.")
+        what = f" ({gains[name][1].meaning})" if name in gains else ""
+        said.append(f"{name}{what} by {units.number(factors[key], 2)}")
+    return [f"Tuning multiplies {units.listed(said)}."] * bool(said)
 
 
 def near_ends(request: TuningRequest, values: Mapping[str, float]) -> dict[str, str]:

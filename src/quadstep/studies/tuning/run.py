@@ -20,12 +20,14 @@ from quadstep.io.parts import digest_of
 from quadstep.io.places import place, sources
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Grading, ungraded
-from quadstep.report.evidence import Evidence
+from quadstep.report.drawing import FigureJob
+from quadstep.report.evidence import Evidence, Figure
 from quadstep.report.progress import SILENT, Progress
 from quadstep.report.publish import publishing, write_csv
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.report import from_the_start
 from quadstep.studies.campaign.schema import digests, strings
+from quadstep.studies.tuning.before_after import picture
 from quadstep.studies.tuning.convergence import draw_search
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, TuningRequest, read_request
 from quadstep.studies.tuning.objective import Compared, compare
@@ -64,7 +66,7 @@ def tune(
     with publishing(folder, digest_of(wanted.text, named, budget, seed), overwrite, named=named) as out:
         ground = CandidateFlyer(wanted, seed)
         found = Search([ground], budget - 2 * wanted.unseen, seed, progress).run()
-        compared = on_unseen(ground, found, progress)
+        compared, both = on_unseen(ground, found, progress)
         ground.flyer.say_slow()
         content = wanted.with_gains(found.best.values)
         mission = check_mission(content, TUNED, path.parent)
@@ -74,15 +76,18 @@ def tune(
         elsewhere = write_mission(out, wanted, content, first)
         write_parameters(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
-        draw_search(out / PICTURE, wanted, found, (sheet or Sheet()).shown())
+        figures = [draw_search(out / PICTURE, wanted, found, compared, (sheet or Sheet()).shown())]
+        if found.best is not found.present and both:
+            both.draw(out, (sheet or Sheet()).shown())
+            figures.insert(0, Figure(both.name, both.caption))
         record = as_json(wanted, found, compared, budget, seed)
-        shown = evidence(wanted, found, compared, PICTURE, record, first)._replace(grade=grade, told=bool(careful))
+        shown = evidence(wanted, found, compared, figures, record, first)._replace(grade=grade, told=bool(careful))
         shown.write(out)
     return Tuned(wanted, found, compared, elsewhere, shown)
 
 
-def on_unseen(ground: CandidateFlyer, result: SearchResult, progress: Progress) -> Compared:
-    """Compare the present and the tuned gains on flights that the search has not seen."""
+def on_unseen(ground: CandidateFlyer, result: SearchResult, progress: Progress) -> tuple[Compared, FigureJob | None]:
+    """Compare the present and the tuned gains on flights that the search has not seen, and lay one over the other."""
     flights = result.history[-1].flights
 
     def advance(more: int) -> None:
@@ -99,7 +104,8 @@ def on_unseen(ground: CandidateFlyer, result: SearchResult, progress: Progress) 
     largest = tuned.metric("largest_error")
     said = from_the_start(mission, drawn, lambda key: drawn[key].values.astype(float), largest, tuned.completed)
     found = compare(result.judge, present, tuned, changed=both[0] != both[1])
-    return found._replace(from_the_start=f"With the tuned gains: {said[:1].lower()}{said[1:]}" if said else "")
+    found = found._replace(from_the_start=f"With the tuned gains: {said[:1].lower()}{said[1:]}" if said else "")
+    return found, picture(ground, both, (present, tuned))
 
 
 def named_files(request: TuningRequest) -> tuple[list[str], list[str]]:

@@ -1,0 +1,51 @@
+"""One flight with the current gains laid under the same flight with the tuned ones."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from quadstep.engines.fly import fly_all
+from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import FlightLog
+from quadstep.metrics.quantities import position_axes
+from quadstep.report.drawing import FigureJob
+from quadstep.report.panels import track_of
+from quadstep.report.units import quantity
+from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer
+from quadstep.studies.tuning.objective import CandidateFlights
+
+PICTURE = "before_after"
+
+
+def typical(present: CandidateFlights, tuned: CandidateFlights) -> int:
+    """The place of the flight whose error is the median with the current gains, of those completed with both; of all where
+    none is.
+    """
+    both = np.flatnonzero(present.completed & tuned.completed)
+    both = both if len(both) else np.arange(len(present.ended))
+    return int(both[np.argsort(present.metric("position_rmse")[both], kind="stable")[(len(both) - 1) // 2]])
+
+
+def picture(
+    ground: CandidateFlyer, gains: Sequence[Mapping[str, float]], flown: Sequence[CandidateFlights]
+) -> FigureJob | None:
+    """Of the present and the tuned gains; None for a plant without a path in space."""
+    place = typical(*flown)
+    drawn = ground.draws(UNSEEN + place).at(0)
+    plans = [ground.flyer.planner.plan({**drawn, **values}, UNSEEN + place) for values in gains]
+    before, after = fly_all(plans)
+    if not position_axes(after) or min(len(before.rows), len(after.rows)) < 2:
+        return None
+    begin, many = ground.asked.mission.scored_from, len(flown[0].ended) > 1
+    which = "Of the unseen flights, the one with the median error with the current gains" if many else "The one flight"
+    ends = [ending(one, float(each.metric("position_rmse")[place])) for one, each in zip((before, after), flown, strict=True)]
+    track = replace(track_of(after, begin), before=track_of(before, begin))
+    longer = max((before, after), key=lambda one: len(one.rows)).column("t")
+    return FigureJob(PICTURE, f"{which}: {ends[0]} with them, {ends[1]} with the tuned ones.", longer, [], track=track)
+
+
+def ending(log: FlightLog, error: float) -> str:
+    """How a flight went, for a caption."""
+    lost = log.outcome is not Outcome.COMPLETED
+    return f"lost at {log.ended:.4g} s" if lost else f"a position RMSE of {quantity(error, 'm')}"
