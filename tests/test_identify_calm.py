@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from quadstep.commands.identify import read_logs
+from quadstep.identify.assumed import by_rotors
 from quadstep.identify.averages import blocks
-from quadstep.identify.fit import DYNAMIC, UNDETERMINED, WINDY, Fitted, Identified, by_rotors, from_averages, identify
+from quadstep.identify.fit import UNDETERMINED, WINDY, Fitted, Identified, identify
 from quadstep.identify.flown_setpoints import hover_ratio
-from quadstep.identify.intervals import AVERAGED, noise_bias
-from quadstep.identify.known import fitted, graded, outside
+from quadstep.identify.guesses import from_averages
+from quadstep.identify.intervals import AVERAGED, DYNAMIC, noise_bias
+from quadstep.identify.known import fitted, graded
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.mean_forces import MOST_TILT, exponents, forces, wind_lean
 from quadstep.identify.parameters import VEHICLE, numbers_of
@@ -201,7 +203,9 @@ def test_the_first_sentence_and_the_cards_say_the_same_of_the_same_predictions(f
     )  # fmt: skip
     said = answer(worse, 0.01)
     begins = "On 1 flight held out of the first fit, the position predicted 0.5\u00a0s ahead from commands alone is off by 200"
-    assert said.startswith(f"{begins}\u00a0mm on average, 20 % of the error")
+    assert said.startswith("Do not tune a controller on this model yet: ")
+    assert "; on held-out flights it predicts attitude and rates no better than a baseline without a model. On 1" in said
+    assert (f"{begins}\u00a0mm on average, 20 % of the error") in said
     assert (
         ": on this flight, the model predicts position and velocity better than both baselines, but attitude and rates "
         in said
@@ -210,11 +214,10 @@ def test_the_first_sentence_and_the_cards_say_the_same_of_the_same_predictions(f
         "rates worse than the better one. Predictions that know the setpoints too are off by 100\u00a0mm. The vehicle file is "
         "from a second" in said
     )
-    known = (
-        "1 of 2 vehicle parameters were identified: 1 well (to within 10 %), none roughly (to within 50 %) and none barely."
+    assert said.endswith(
+        " 0 of 2 vehicle parameters are identified. 1 more is known only in proportion to the given mass, thrust coefficient "
+        "or yaw inertia: 1 well (to within 10 %)."
     )
-    assert said.endswith(f"{known} Of these, 1 can be no more accurate than the given mass, thrust coefficient and yaw "
-                         "inertia.")  # fmt: skip
     assert all(one.more.startswith("0.5\u00a0s ahead from commands alone: ") for one in facts(worse.commands, 0.01))
     cards = [one.more.partition(": ")[2] for one in facts(worse.commands, 0.01)]
     constant, still = "the error if velocity and rates stayed constant", "the error if rates were zero"
@@ -234,7 +237,9 @@ def test_the_first_sentence_and_the_cards_say_the_same_of_the_same_predictions(f
         "The modelled thrust is 0.90 to 1.10 times the thrust needed: predictions correct for this from the log; a simulated"
     )
     assert sagging in answer(fine._replace(thrust=(0.9, 1.1)), 0.01)
-    assert answer(fine._replace(commands=None), 0.01).startswith("No flight was held out, so nothing shows how well")
+    assert "; no flight was held out, so nothing shows how well it predicts others. " in answer(
+        fine._replace(commands=None), 0.01
+    )
 
 
 @pytest.fixture
@@ -271,7 +276,7 @@ def test_more_unexplained_angular_acceleration_than_was_measured_is_said_with_ax
     )
 
 
-def test_numbers_of_the_starting_vehicle_outside_the_intervals_are_said_and_marked(flight_numbers):
+def test_numbers_of_the_starting_vehicle_outside_the_intervals_are_marked_and_unknown_signs_not_counted(flight_numbers):
     given = load_preset("crazyflie")
     found = {
         "inertia[0]": Fitted(*np.array([3.2e-5, 1.9e-5, 4.8e-5]), "kg m^2", "made"),
@@ -281,18 +286,17 @@ def test_numbers_of_the_starting_vehicle_outside_the_intervals_are_said_and_mark
         "centre_of_gravity[1]": Fitted(-0.00078, -0.003, 0.0016, "m", "made"),
     }
     fit = Identified(flight_numbers, None, found, {})
-    assert outside(fit, given) == "Outside the fit's intervals: the starting vehicle's inertia about x and rotor rise time."
-    assert graded(fit).startswith(
-        "5 of 5 vehicle parameters were identified: 1 well (to within 10 %), 1 roughly (to within 50 %) and 2 barely; 1 "
-        "can have either sign. Of these, 2 can"
+    assert graded(fit) == (
+        "2 of 5 vehicle parameters are identified: 2 barely. 2 more are known only in proportion to the given mass, thrust "
+        "coefficient or yaw inertia: 1 well (to within 10 %) and 1 roughly (to within 50 %). The flights do not tell the sign "
+        "of centre of gravity along y, which is not counted."
     )
     alone, scaled = fitted(fit, given, 5.5e-5)
     assert [row[:5] for row in alone.rows] == [
         ("rotor rise time [ms]", "39", "30 to 71", "72.0, outside", "barely"),
         ("command delay [ms]", "12", "6 to 19", "–", "barely"),
-        ("centre of gravity along y [mm]", "−0.78", "−3.00 to 1.60", "–", "–"),
+        ("centre of gravity along y [mm]", "−0.78", "−3.00 to 1.60", "–", "sign unknown"),
     ]
     assert scaled.rows[0][2:] == ("−41 to +50 %", "1.68 × 10⁻⁵, outside", "roughly", "m")
     assert scaled.rows[1][3:5] == ("1.68 × 10⁻⁵", "well")
     assert "J_z = 5.50 × 10⁻⁵ kg m^2 (given: 2.98 × 10⁻⁵)" in scaled.text
-    assert outside(fit._replace(fitted={}), given) == ""

@@ -98,7 +98,7 @@ def identify(
         from quadstep.identify.pages import write_identification
 
         complain("drawing: the report")
-        write_identification(out.with_suffix(".html"), told, result, flights, section, found)
+        write_identification(out.with_suffix(".html"), told, result, flights[0].period, found)
     show(told, None)
     say(f"{counted(len(flights), 'flight')} in {time.monotonic() - begun:.0f} s")
     pages = f" and {out.with_suffix('.html')}" if report else ""

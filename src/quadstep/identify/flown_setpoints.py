@@ -1,5 +1,6 @@
 """Logged setpoints flown by a simulated vehicle under a controller, compared with the real flight."""
 
+import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,6 +20,7 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.fields import plain
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Table, Vector
+from quadstep.report.units import counted, number
 from quadstep.vehicle.rigid_body import AirframeState
 from quadstep.world.paths import SetpointParameters, Setpoints
 
@@ -30,6 +32,8 @@ INTEGRAL = 4.0 / 3.0
 """I gain of the body rates over their P gain [1/s]: PX4's defaults (0.2 over 0.15); ArduPilot's are 1, the Crazyflie's 2."""
 PARTS = 3
 """Of a flight, of each of which the thrust is judged: a battery that sags shows."""
+LIKE, TURNS = 2.0, 1.5
+"""Ratios of RMS errors, and of mean rates, beyond which a simulated flight is far from the real one, or below the inverse."""
 WRONG = 0.05
 """Share of the thrust needed from which on that modelled is called wrong."""
 
@@ -161,6 +165,15 @@ def fly_again(flights: list[FlightRecord], vehicle: AirframeSection, controller:
     return [compare_flights(flight, part, log) for flight, (_, part), log in zip(flights, plans, logs, strict=True)]
 
 
+def flown_again(flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[FlightComparison]:
+    """The same under a PID, without the flights that cannot be simulated."""
+    found = []
+    for flight in flights:
+        with contextlib.suppress(UserError):
+            found += fly_again([flight], vehicle, {"type": "pid"})
+    return found
+
+
 def compare_flights(flight: FlightRecord, part: slice, log: FlightLog) -> FlightComparison:
     """A real flight and its simulation, at the rows of the real one."""
     time = np.arange(part.stop - part.start) * flight.period
@@ -179,6 +192,35 @@ def compare_flights(flight: FlightRecord, part: slice, log: FlightLog) -> Flight
     else:
         simulated = tracking(flown, at("q_w", "q_x", "q_y", "q_z"), at("p", "q", "r"), goal[kept], flight.period)
     return FlightComparison(flight.name, real, simulated, time[kept], goal[kept], place[kept], flown, lost)
+
+
+def ratios(comparisons: Sequence[FlightComparison]) -> tuple[Floats, Floats]:
+    """RMS error and mean rate of the simulated flights that were not lost, over the real ones'."""
+    both = [(one.simulated, one.real) for one in comparisons if not one.lost]
+    found = np.array([(made.rmse / real.rmse, made.rate / real.rate) for made, real in both]).reshape(-1, 2)
+    return found[:, 0], found[:, 1]
+
+
+def of_turning(comparisons: Sequence[FlightComparison]) -> str:
+    """By how much simulated flights turn more or less than the real ones, if that is much."""
+    _, rates = ratios(comparisons)
+    if not len(rates) or (rates.max() <= TURNS and rates.min() >= 1.0 / TURNS):
+        return ""
+    return f"simulated flights turn {span(rates)} times as fast as the real ones (mean rate)"
+
+
+def span(values: Floats) -> str:
+    """The least and the largest."""
+    return " to ".join(dict.fromkeys(number(float(one), 2) for one in (values.min(), values.max())))
+
+
+def unlike(comparisons: Sequence[FlightComparison]) -> list[str]:
+    """In what simulated flights are far from the real ones, in clauses."""
+    lost, (errors, _), turning = sum(bool(one.lost) for one in comparisons), ratios(comparisons), of_turning(comparisons)
+    found = [f"{lost} of {counted(len(comparisons), 'simulated flight')} {'was' if lost == 1 else 'were'} lost"] * bool(lost)
+    if len(errors) and (errors.max() > LIKE or errors.min() < 1.0 / LIKE):
+        found.append(f"simulated flights have {span(errors)} times the real RMS error")
+    return [*found, *[turning] * bool(turning)]
 
 
 def hover_ratio(flight: FlightRecord, vehicle: AirframeSection) -> float:

@@ -1,9 +1,10 @@
 """How well the numbers of a vehicle are known from its flights, beside those that it began with."""
 
 import math
+from collections.abc import Sequence
 
 from quadstep.identify.fit import Fitted, Identified
-from quadstep.identify.parameters import GROWS, VEHICLE
+from quadstep.identify.parameters import GROWS
 from quadstep.identify.vehicle_file import fraction
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.fields import words
@@ -11,15 +12,13 @@ from quadstep.mission.listings import numbers
 from quadstep.report.evidence import TableSection
 from quadstep.report.units import counted, handy, interval_texts, listed, number, prose
 
-GRADES = {"well": " (to within 10 %)", "roughly": " (to within 50 %)", "barely": ""}
-"""How well a number is known, by its 95 % interval."""
-
-SIGNED = [one.key for one in VEHICLE if one.low < 0.0 and not one.logarithmic]
-"""Offsets and angles, of which a share means nothing."""
+WELL, ROUGHLY, BARELY, SIGN, UNKNOWN = "well", "roughly", "barely", "sign unknown", "not known"
+GRADES = {WELL: " (to within 10 %)", ROUGHLY: " (to within 50 %)", BARELY: ""}
+"""How well a number is known, by its 95 % interval. One that may have either sign is not identified."""
 
 READING = (
-    "Well known: the interval is within 10 % of the value; roughly: within 50 %; barely: wider. “Outside”: the interval does "
-    "not contain the value of the starting vehicle."
+    "Well known: the interval is within 10 % of the value; roughly: within 50 %; barely: wider; sign unknown: it "
+    "contains zero. “Outside”: the interval does not contain the value of the starting vehicle."
 )
 
 
@@ -28,21 +27,33 @@ def in_words(key: str) -> str:
     return words(key.replace("[", ".").removesuffix("]"))
 
 
-def grade(key: str, one: Fitted) -> str:
-    """One of `GRADES`; none for `SIGNED`."""
-    share = max(one.high / one.value, 2.0 - one.low / one.value) - 1.0 if one.value else 1.0
-    return "" if key in SIGNED else "well" if share <= 0.1 else "roughly" if share <= 0.5 else "barely"
+def grade(one: Fitted, beside: float = 0.0) -> str:
+    """One of `GRADES`, or `SIGN`. beside: what the interval is to be seen beside, if not the value itself."""
+    share = max(one.high - one.value, one.value - one.low) / max(abs(beside or one.value), 1e-300)
+    return SIGN if one.either_sign else WELL if share < 0.1 + 1e-9 else ROUGHLY if share < 0.5 + 1e-9 else BARELY
 
 
 def graded(fit: Identified) -> str:
-    """How many numbers are known, how well, and what that rests on."""
-    grades, count = [grade(key, one) for key, one in fit.fitted.items()], len(fit.fitted) + len(fit.kept)
-    how = [f"{grades.count(one) or 'none'} {one}{width}" for one, width in GRADES.items()]
-    signs = f"; {grades.count('')} can have either sign" if "" in grades else ""
-    scaled = sum(key in GROWS for key in fit.fitted)
-    rests = f" Of these, {scaled} can be no more accurate than the given mass, thrust coefficient and yaw inertia."
-    said = f"{len(fit.fitted)} of {counted(count, 'vehicle parameter')} were identified: {listed(how)}{signs}."
-    return said + rests * bool(scaled)
+    """How many numbers are known, how well; how many only in proportion to what no flight reveals; and which without sign."""
+    scaled = [grade(one) for key, one in fit.fitted.items() if key in GROWS]
+    alone = {key: grade(one) for key, one in fit.fitted.items() if key not in GROWS}
+    either = [in_words(key) for key, how in alone.items() if how == SIGN]
+    known, count = [how for how in alone.values() if how != SIGN], len(fit.fitted) + len(fit.kept)
+    said = f"{len(known)} of {counted(count, 'vehicle parameter')} {be(known)} identified{in_grades(known)}."
+    if scaled:
+        more = f"{len(scaled)} more {be(scaled)} known only in proportion to the given mass, thrust coefficient or yaw inertia"
+        said += f" {more}{in_grades(scaled)}."
+    return said + f" The flights do not tell the sign of {listed(either)}, which {be(either)} not counted." * bool(either)
+
+
+def be(several: Sequence[object]) -> str:
+    return "is" if len(several) == 1 else "are"
+
+
+def in_grades(several: Sequence[str]) -> str:
+    """How many are known how well."""
+    how = [f"{several.count(one)} {one}{width}" for one, width in GRADES.items() if one in several]
+    return f": {listed(how)}" if how else ""
 
 
 def number_of(vehicle: AirframeSection, key: str, usual: float) -> float:
@@ -51,12 +62,6 @@ def number_of(vehicle: AirframeSection, key: str, usual: float) -> float:
     value = {one: value for one, value, _ in numbers(vehicle)}.get(name)
     part = value[int(axis)] if isinstance(value, tuple) and axis else value
     return part if isinstance(part, float) else usual
-
-
-def outside(fit: Identified, given: AirframeSection) -> str:
-    """A sentence on the numbers of the starting vehicle that lie outside the intervals, if any."""
-    found = [in_words(key) for key, one in fit.fitted.items() if not one.low <= number_of(given, key, one.value) <= one.high]
-    return f"Outside the fit's intervals: the starting vehicle's {listed(found)}." if found else ""
 
 
 def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[TableSection]:
@@ -69,7 +74,7 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
         theirs = number(factor * before) + ", outside" * bool(before < one.low or before > one.high)
         over = GROWS.get(key, "")
         name, span = in_words(key) + f" [{unit}]" * bool(unit), fraction(one) if over else f"{low} to {high}"
-        rows[bool(over)].append((name, value, span, theirs, grade(key, one) or "–", over))
+        rows[bool(over)].append((name, value, span, theirs, grade(one), over))
     mass, thrust, about_z, before_z = map(number, (given.mass, given.rotor.thrust_coefficient, upright, given.inertia[2]))
     whole = "These intervals hold whatever the vehicle weighs; they take its rotors to be where the given vehicle has them."
     scale = (
@@ -81,7 +86,7 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
     header = ("parameter", "value", "95 % interval", "given", "known", "proportional to")
     ratio = "Known only up to the mass m, thrust coefficient k_f and yaw inertia J_z"
     found = (
-        TableSection("", "", header, rows[0], f"{whole} {READING}", shown="Identified"),
+        TableSection("", "", header, rows[0], f"{whole} {READING}", shown="Estimated from the flights alone"),
         TableSection("", "", (*header[:2], "fit alone, 95 %", *header[3:]), rows[1], scale, shown=ratio),
     )
     return [one for one in found if one.rows]

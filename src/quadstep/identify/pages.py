@@ -1,7 +1,6 @@
 """The pages of `replay` and `identify` with their figures, apart from the words because only they load Matplotlib."""
 
-import contextlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,23 +9,20 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from quadstep.identify.filtered_logs import Deviation, Estimated
-from quadstep.identify.flown_setpoints import FlightComparison, fly_again
+from quadstep.identify.flown_setpoints import FlightComparison
 from quadstep.identify.logs.flight import FlightRecord, Floats, spectrum
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, ready
-from quadstep.identify.replay_report import ESTIMATED, FACTOR, PREDICTED, UNIT, identity, tracking_table, write_tables
+from quadstep.identify.replay_report import ESTIMATED, FACTOR, PREDICTED, UNIT, identity, write_tables
 from quadstep.identify.residual import Followed, followed
-from quadstep.identify.run import Identification, unexplained
+from quadstep.identify.run import PREDICTED_TABLES, Identification
 from quadstep.identify.starts import GROUPS, HORIZONS
-from quadstep.identify.vehicle_file import identified_vehicle
-from quadstep.io.errors import UserError
 from quadstep.io.files import write_beside
 from quadstep.io.run_record import FIGURES
-from quadstep.mission.airframe import AirframeSection
 from quadstep.report import markup
 from quadstep.report.axes import Powers, logarithmic, plain_decades
 from quadstep.report.canvas import LINES, figure_at
 from quadstep.report.drawing import FigureJob
-from quadstep.report.evidence import Evidence, Figure, Section
+from quadstep.report.evidence import Evidence, Figure
 from quadstep.report.panel import SETPOINT, Panel
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import COLUMN, Sheet
@@ -88,8 +84,8 @@ def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet, l
     if not top:
         return evidence._replace(figures=[*flown[:1], *estimated[:1]], sections=[*evidence.sections, *more, *rest])
     beside = {"simulated": flown[:1], "estimates": estimated[:1]}
-    told = [part for one in evidence.sections for part in (one, *beside.get(getattr(one, "anchor", ""), ()))]
-    return evidence._replace(figures=top, sections=[*told, *more, *rest])
+    told = with_figures(evidence, beside)
+    return told._replace(figures=top, sections=[*told.sections, *more, *rest])
 
 
 def with_signals(kind: str, jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
@@ -151,7 +147,7 @@ def flight_picture(one: FlightComparison, place: int) -> FigureJob:
     ]
     apart = f"the simulation was lost: {one.lost}" if one.lost else f"they are {quantity(one.apart, 'm')} apart (RMS)"
     return FigureJob(
-        f"{FIGURES}/again{place}", f"{one.name}: setpoint, real and simulated position; {apart}.", one.time, panels
+        f"{FIGURES}/again{place}", f"{one.name}: setpoint, real and simulated position; {apart}.", one.time, panels, 3
     )
 
 
@@ -162,35 +158,28 @@ def figure_of(out: Path, job: FigureJob, sheet: Sheet) -> Figure:
 
 
 def write_identification(
-    path: Path, evidence: Evidence, run: Identification, flights: Sequence[FlightRecord], start: AirframeSection,
-    found: Sequence[Followed],
-) -> None:  # fmt: skip
-    """Write the page, its figures of the flights that were held out or, if none were, of the fitted ones: `followers`. Raises
-    UserError.
-    """
-    tested = run.tested or run.found
-    shown = [flight for flight in flights if flight.name in run.held_out] or list(flights)
-    kind = "held out of the first fit" if run.held_out else "fitted"
-    vehicle = run.vehicle if run.tested is None else identified_vehicle(start, tested, "", "")
+    path: Path, evidence: Evidence, run: Identification, period: float, found: Sequence[Followed]
+) -> None:
+    """Write the page, with figures of the flights on which the vehicle is judged. found: `followers`. Raises UserError."""
     with TemporaryDirectory() as folder:
         out = Path(folder)
         (out / FIGURES).mkdir()
-        pictures = [figure_of(out, prediction_picture(one, i, kind), SVG) for i, one in enumerate(found)]
-        first = pictures[:1]
+        beside: dict[str, list[Figure]] = {}
         if run.commands:
-            draw_errors(out / ERRORS, run.commands, flights[0].period, SVG)
-            first = [Figure(ERRORS, f"{AGAINST_GUESSES} Held-out flights, from commands alone."), *first]
-        sections: list[Section] = [
-            markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
-            *evidence.sections,
-            *first,
-            unexplained(found, shown, vehicle, kind),
-            *pictures[1:],
-            *(spectra(out, one, i) for i, one in enumerate(found)),
-            *simulated_again(out, shown, vehicle),
-        ]
-        text = evidence._replace(sections=sections).html(out)
+            draw_errors(out / ERRORS, run.commands, period, SVG)
+            beside[PREDICTED_TABLES] = [Figure(ERRORS, f"{AGAINST_GUESSES} Held-out flights, from commands alone.")]
+        pictures = [figure_of(out, prediction_picture(one, i, run.kind), SVG) for i, one in enumerate(found)]
+        beside["left"] = [*pictures, *(spectra(out, one, i) for i, one in enumerate(found))]
+        beside["simulated"] = [figure_of(out, flight_picture(one, place), SVG) for place, one in enumerate(run.flown)]
+        text = with_figures(evidence, beside).html(out)
     write_beside(path, text)
+
+
+def with_figures(evidence: Evidence, beside: Mapping[str, Sequence[Figure]]) -> Evidence:
+    """The same with figures after tables, by their anchors."""
+    return evidence._replace(
+        sections=[part for one in evidence.sections for part in (one, *beside.get(getattr(one, "anchor", ""), ()))]
+    )
 
 
 def prediction_picture(one: Followed, place: int, kind: str) -> FigureJob:
@@ -240,13 +229,3 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
             panel.set_ylabel(f"{turn} rate [°/s per √Hz]")
     caption = "spectra of the rates and of the residuals; the vehicle explains a frequency as far as its residual is lower."
     return Figure(name, f"{one.name}: {caption}", set_as=escape)
-
-
-def simulated_again(out: Path, flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[Section]:
-    """The real flights beside simulated ones, if they have setpoints."""
-    found = []
-    for flight in flights:
-        with contextlib.suppress(UserError):
-            found += fly_again([flight], vehicle, {"type": "pid"})
-    pictures = [figure_of(out, flight_picture(one, place), SVG) for place, one in enumerate(found)]
-    return [tracking_table(found, "pid"), *pictures] if found else []

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.identify.filtered_logs import FIX_EVERY, FIX_NOISE, Estimated
-from quadstep.identify.flown_setpoints import FlightComparison, Tracking, is_wrong, of_thrust
+from quadstep.identify.flown_setpoints import LIKE, FlightComparison, Tracking, is_wrong, of_thrust, of_turning, ratios
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, why_unusable
 from quadstep.identify.starts import GROUPS, HORIZONS
@@ -284,14 +284,16 @@ TRACKING = ("real / simulated", "RMSE [cm]", "lag [ms]", "tilt, 99 % [°]", "mea
 
 def likeness(comparisons: Sequence[FlightComparison]) -> str:
     """How similar they are, in a sentence: equal errors need not be the same ones, so how far apart the flights are too."""
-    near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in comparisons if not one.lost)
+    near = sum(1.0 / LIKE <= one <= LIKE for one in ratios(comparisons)[0])
     apart = [one.apart for one in comparisons if not one.lost]
     said = f"The simulated RMSE is within a factor of two of the real one in {near} of {counted(len(comparisons), 'flight')}"
     if not apart:
         return f"{said}: all simulated flights were lost."
-    span = " to ".join(dict.fromkeys(quantity(one, "m") for one in (min(apart), max(apart))))
+    away = " to ".join(dict.fromkeys(quantity(one, "m") for one in (min(apart), max(apart))))
     lost = f"; {len(comparisons) - len(apart)} were lost" if len(apart) < len(comparisons) else ""
-    return f"{said}, and the simulated position is {span} from the real one (RMS){lost}."
+    turning = of_turning(comparisons)
+    more = f" But {turning}: another loop flies them than flew the real ones." * bool(turning)
+    return f"{said}, and the simulated position is {away} from the real one (RMS){lost}.{more}"
 
 
 def tracking_table(comparisons: Sequence[FlightComparison], controller: str) -> TableSection:

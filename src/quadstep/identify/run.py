@@ -7,12 +7,22 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.fit import Identified, Say, identify
-from quadstep.identify.flown_setpoints import hover_ratio, is_wrong, span_of_thrust
-from quadstep.identify.known import fitted, graded, in_words, outside
+from quadstep.identify.flown_setpoints import FlightComparison, flown_again, hover_ratio, is_wrong, span_of_thrust
+from quadstep.identify.known import fitted, graded, in_words
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.replay import ErrorTable, compare, ready
-from quadstep.identify.replay_report import METHOD, called, error_table, facts, of_wrong_thrust, off_by, predicting
+from quadstep.identify.replay_report import (
+    METHOD,
+    called,
+    error_table,
+    facts,
+    of_wrong_thrust,
+    off_by,
+    predicting,
+    tracking_table,
+)
 from quadstep.identify.residual import Followed, followed, trained
+from quadstep.identify.uses import tuning, uses
 from quadstep.identify.vehicle_file import identified_vehicle, in_proportion, with_marks
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
@@ -25,6 +35,9 @@ from quadstep.vehicle.airframe_plant import Residual
 HELD_OUT = 4
 """One in this many flights is held out."""
 
+PREDICTED_TABLES = "predicted"
+"""Anchor of the last table of predictions, which their figure follows."""
+
 MIXED = 0.2
 """Share by which the mean command in flight, times the voltage, may differ from the median of all flights."""
 
@@ -32,7 +45,8 @@ MIXED = 0.2
 class Identification(NamedTuple):
     """vehicle: the result. held_out: names. tested: the fit without these; commands, guided: how it predicts them, by what it
     knows; *_residual: with the learned residual of that fit. None if there are none. thrust: of the vehicle over that needed,
-    least and most, if known. residual: of the whole fit, if it was requested and did better on the held-out flights.
+    least and most, if known. residual: of the whole fit, if it was requested and did better on the held-out flights. flown:
+    simulations of the flights on which it is judged.
     """
 
     vehicle: AirframeSection
@@ -45,6 +59,25 @@ class Identification(NamedTuple):
     residual: Residual | None = None
     commands_residual: ErrorTable | None = None
     guided_residual: ErrorTable | None = None
+    flown: Sequence[FlightComparison] = ()
+
+    @property
+    def judged(self) -> Identified:
+        """The fit that is judged: without the flights held out, if there are any."""
+        return self.tested or self.found
+
+    def judged_vehicle(self, start: AirframeSection) -> AirframeSection:
+        """Its vehicle."""
+        return identified_vehicle(start, self.tested, "", "") if self.tested else self.vehicle
+
+    def shown(self, flights: Sequence[FlightRecord]) -> list[FlightRecord]:
+        """The flights on which it is judged: those held out or, if none were, all."""
+        return [flight for flight in flights if flight.name in self.held_out] or list(flights)
+
+    @property
+    def kind(self) -> str:
+        """Of these flights."""
+        return "held out of the first fit" if self.held_out else "fitted"
 
     @property
     def shares(self) -> tuple[float, ...]:
@@ -56,12 +89,11 @@ class Identification(NamedTuple):
 
 
 def answer(run: Identification, period: float) -> str:
-    """The result: how it predicts flights that it has not seen, then what was found and what of it is not to be trusted."""
-    if run.commands is None:
-        said = ["No flight was held out, so nothing shows how well this vehicle predicts other flights."]
-    else:
+    """The result: whether to tune on it, how it predicts unseen flights, what was found, and what is not to be trusted."""
+    said = [tuning(run.found, run.commands, run.flown, run.thrust)]
+    if run.commands is not None:
         unseen = counted(len(run.commands.names), "flight")
-        said = [f"On {unseen} held out of the first fit, the {predicting(run.commands, period)}"]
+        said.append(f"On {unseen} held out of the first fit, the {predicting(run.commands, period)}")
         if run.guided is not None:
             said.append(f"Predictions that know the setpoints too are off by {off_by(run.guided)}.")
         said.append("The vehicle file is from a second fit, to all flights, which no flight is left to test.")
@@ -99,6 +131,8 @@ def run(
     result = with_marks(identified_vehicle(vehicle, found, description[:900], mass_source), flights)
     thrust = span_of_thrust(flights, result)
     done = Identification(result, found, [flight.name for flight in unseen], tested, commands, guided, thrust)
+    say("simulated flights")
+    done = done._replace(flown=flown_again(done.shown(flights), done.judged_vehicle(vehicle)))
     if not learn:
         return done
     if tested is None:
@@ -151,9 +185,8 @@ def check_alike(flights: Sequence[FlightRecord]) -> None:
 
 
 def followers(run: Identification, flights: Sequence[FlightRecord], start: AirframeSection) -> list[Followed]:
-    """The flights that were held out, or all if none were, followed by the vehicle that was fitted without them."""
-    shown = [flight for flight in flights if flight.name in run.held_out] or flights
-    return [one for flight in shown if (one := followed(flight, start, (run.tested or run.found).numbers))]
+    """The flights on which the vehicle is judged, followed by it."""
+    return [one for flight in run.shown(flights) if (one := followed(flight, start, run.judged.numbers))]
 
 
 def evidence(
@@ -165,8 +198,13 @@ def evidence(
     for key, reason in run.found.kept.items():
         reasons.setdefault(reason, []).append(in_words(key))
     kept = [f"Kept from the starting vehicle: {listed(keys)} ({reason})." for reason, keys in reasons.items()]
-    doubts = filter(None, [outside(run.found, start), worse_than_none(found)])
-    said = [answer(run, period), *doubts, *kept, f"Mass: {start.mass:g} kg ({mass}).", *of_residual(run)]
+    said = [
+        answer(run, period),
+        *filter(None, [worse_than_none(found)]),
+        *kept,
+        f"Mass: {start.mass:g} kg ({mass}).",
+        *of_residual(run),
+    ]
     tables = [
         error_table(f"Held-out flights predicted from {one.knows}{more}", one, period)
         for more, several in (
@@ -176,6 +214,7 @@ def evidence(
         for one in several
         if one
     ]
+    tables = [*tables[:-1], *(one._replace(anchor=PREDICTED_TABLES) for one in tables[-1:])]
     return Evidence(
         name=f"{called(start)}, identified from {counted(len(flights), 'flight')}",
         kind="Identification",
@@ -184,11 +223,15 @@ def evidence(
         record={},
         facts=facts(run.commands, period) if run.commands else (),
         sections=[
+            uses(run.found),
             markup.heading("Identified parameters", "found"),
             *fitted(run.found, start, run.vehicle.inertia[2]),
             *([markup.heading("Prediction of held-out flights", "held-out")] if tables else []),
             *([markup.paragraph(f"Held out: {', '.join(run.held_out)}.", escape), markup.paragraph(METHOD)] if tables else []),
             *tables,
+            *([unexplained(found, run.shown(flights), run.judged_vehicle(start), run.kind)] if found else []),
+            *([tracking_table(run.flown, "pid")] if run.flown else []),
+            markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
         ],
         more=said[1:],
     )

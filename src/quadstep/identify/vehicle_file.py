@@ -186,7 +186,8 @@ def sources(vehicle: AirframeSection, fit: Identified, stretch: float, mass_sour
     result["mass"] = mass_source
     grouped: dict[str, list[str]] = {}
     said = {key: f"as it was: {reason}" for key, reason in fit.kept.items()} | {
-        key: f"identified, {one.value:.4g}, {spread(key, one)} ({one.source})" for key, one in fit.fitted.items()
+        key: f"{'sign unknown' if one.either_sign else 'identified'}, {one.value:.4g}, {spread(key, one)} ({one.source})"
+        for key, one in fit.fitted.items()
     }
     for key, one in said.items():
         base, _, axis = key.partition("[")

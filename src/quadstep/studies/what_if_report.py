@@ -25,9 +25,7 @@ from quadstep.report.panel import Panel
 from quadstep.studies.tuning.objective import CandidateFlights, Row, rows, shares_of
 
 PICTURE = "step"
-HEADER = ("", "before", "after", "after - before")
-SIDES = HEADER[1:3]
-AT_REST = "For the loop hovering in calm air. In wind or in motion the loop is different, and is not graded here."
+SIDES = ("before", "after")
 Floats = NDArray[np.float64]
 
 
@@ -100,7 +98,7 @@ def evidence(
     failed = shares_of(*(~one.flown.completed for one in sides))
     measured = rows(("position_rmse", "largest_error", *EFFORTS), sides[0].flown, sides[1].flown)
     steps = [response(one) for one in sides]
-    instead = [unsettled(one) for one in sides]
+    instead, grades = [unsettled(one) for one in sides], [one.grade.word for one in sides]
     changed = [(name, law.by_key()[name][1], before[f"controller.{name}"], value) for name, value in question.changes.items()]
     seen = contrasts(sides, failed, measured, steps)
     air = f"in wind of up to {question.wind:g} m/s from every side, with turbulence" if question.wind else "in still air"
@@ -120,18 +118,12 @@ def evidence(
     rows_of_changes = [(name, number(old), number(new), f"{gain.unit}; {gain.meaning}") for name, gain, old, new in changed]
     tables = [
         TableSection(
-            "Before and after", "both", ("", *SIDES, "difference"), [one[:4] for one in seen],
-            "Only differences have intervals; they are paired, over flights completed with both.",
+            "Before and after", "both", ("", *SIDES, "after − before"), [("grade", *grades, ""), *(one[:4] for one in seen)],
+            f"{gusts}, the same for both; 95 % intervals. Those of differences are paired, over flights completed with both. "
+            "Grade and margins are those of the loop hovering in calm air, rise time and overshoot those of a step there.",
             shown="In gusts, at rest, and in a step in calm air",
         ),
         TableSection("What changes", "changes", ("parameter", "before", "after", ""), rows_of_changes),
-        TableSection(
-            "In gusts", "gusts", HEADER,
-            [["fail", *(units.percent(*one) for one in failed[:2]), points(failed[2])], *(one.texts for one in measured)],
-            f"{gusts}, the same for both; 95 % intervals. Differences are paired, over flights completed with both.",
-        ),
-        TableSection("At rest", "margins", HEADER[:3], margin_rows(sides), AT_REST),
-        TableSection("A step in calm air", "steps", HEADER, step_rows(steps, instead)),
     ]  # fmt: skip
     record: dict[str, object] = {
         "name": mission.name, "version": __version__, "asked": {**question._asdict(), "changes": dict(question.changes)},
@@ -222,8 +214,9 @@ def contrasts(
 ) -> list[Contrast]:
     """All that is measured, but what is 0 throughout: flights in gusts, margins at rest, and the step in calm air."""
     before, after = (units.percent(one.value) for one in failed[:2])
+    first, then = (units.percent(*one) for one in failed[:2])
     grown = part(failed[2].value, failed[0].value) if certain(failed[2]) else 0.0
-    found = [Contrast("fail in gusts", before, after, points(failed[2]), grown, False, f"{after} ({before} before)")]
+    found = [Contrast("fail in gusts", first, then, points(failed[2]), grown, False, f"{after} ({before} before)")]
     found += map(in_flight, measured)
     for old, new in zip(*(one.grade.measures for one in sides), strict=False):
         found.append(at_once(f"{old.what} margin", old.value, new.value, new.text, True))
@@ -251,13 +244,17 @@ def in_flight(one: Row) -> Contrast:
     """A metric of flights, of which less is better. How much more or less is of flights completed with both: means before and
     after are of different flights where some are lost with one of them, and may say the contrary.
     """
-    words, unit = units.metric(one.name)
-    texts = ["–" if each is None else units.estimate(*each, unit) for each in one[1:3]]
-    change, before = one.difference, one.present.value if one.present else 0.0
-    share = part(change.value, before) if change and certain(change) else 0.0
-    by = units.percent(abs(share)) if math.isfinite(share) else units.quantity(abs(change.value), unit) if change else ""
-    difference = units.in_one_unit([change], unit)[0]
-    return Contrast(words, texts[0], texts[1], difference, share, False, f"{by} {'more' if share > 0.0 else 'less'}")
+    words, before, after, difference = one.texts
+    change, base = one.difference, one.present.value if one.present else 0.0
+    share = part(change.value, base) if change and certain(change) else 0.0
+    by = (
+        units.percent(abs(share))
+        if math.isfinite(share)
+        else units.quantity(abs(change.value), units.metric(one.name)[1])
+        if change
+        else ""
+    )
+    return Contrast(words, before, after, difference, share, False, f"{by} {'more' if share > 0.0 else 'less'}")
 
 
 def part(change: float, whole: float) -> float:
@@ -308,21 +305,3 @@ def recorded(one: Row) -> dict[str, object]:
     """A row for metrics.json."""
     parts = zip(("before", "after", "difference"), one[1:], strict=True)
     return {name: part.as_json() if isinstance(part, Estimate) else None for name, part in parts}
-
-
-def margin_rows(sides: tuple[Side, Side]) -> list[list[str]]:
-    """The grades, and the least margins where both have some."""
-    rows = [["grade", *(one.grade.word for one in sides)]]
-    for both in zip(*(one.grade.measures for one in sides), strict=False):
-        rows.append([f"{both[0].what} margin", *(f"{one.text(one.value)} ({one.channel})" for one in both)])
-    return rows
-
-
-def step_rows(steps: Sequence[dict[str, float]], instead: Sequence[str]) -> list[list[str]]:
-    """What a step measures. instead: as in `caption`."""
-    rows = []
-    for name, old in steps[0].items():
-        both = old, steps[1][name]
-        texts = [word or units.number(one) for word, one in zip(instead, both, strict=True)]
-        rows.append([name, *texts, "" if any(instead) else units.number(both[1] - old)])
-    return rows
