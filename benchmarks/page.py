@@ -40,8 +40,17 @@ const ready = new MutationObserver(() => {
   requestAnimationFrame(() => setTimeout(() => (window.drawnAt = performance.now())));
 });
 ready.observe(document, { attributes: true, subtree: true });
+const over = new MutationObserver(() => {
+  if (!document.documentElement?.dataset.scene) return;
+  over.disconnect();
+  console.debug("opened");
+});
+over.observe(document, { attributes: true, subtree: true });
 """
-"""When the frame is done in which plots, controls and numbers of the first flight stand [ms after the navigation began]."""
+"""When the frame is done in which plots, controls and numbers of the first flight stand [ms after the navigation began].
+
+It tells by a message, since asking the page again and again would be work of its thread.
+"""
 
 AGAIN = """
 async () => {
@@ -124,9 +133,9 @@ def measured(browser: Browser, page_file: Path) -> Times:
         session.send("Performance.enable", {"timeDomain": "threadTicks"})
         page.add_init_script(WATCH)
         before = worked(session)
-        page.goto(page_file.as_uri())
-        page.wait_for_selector("html[data-scene]", state="attached")  # which comes after plots and text
-        first, first_busy = page.evaluate("window.drawnAt"), worked(session) - before
+        with page.expect_console_message(lambda message: message.text == "opened"):  # which comes after plots and text
+            page.goto(page_file.as_uri())
+        first_busy, first = worked(session) - before, page.evaluate("window.drawnAt")
         for _ in range(FLOWN):
             before = worked(session)
             again, flying = page.evaluate(AGAIN)

@@ -5,6 +5,8 @@ const page = fs.readFileSync(process.argv[2], "utf8");
 const inside = (id) => page.match(new RegExp(`<script id="${id}"[^>]*>([\\s\\S]*?)</script>`))[1];
 const data = JSON.parse(inside("quadstep-data"));
 new Function(inside("quadstep-laws"))();
+const laws = globalThis.quadstepLaws;
+const lawOf = (id) => (typeof laws[id] === "string" ? (laws[id] = (0, eval)(laws[id])) : laws[id]);
 const resolve = (v) =>
   Array.isArray(v) ? v.map(resolve)
   : v && typeof v === "object" ? ("$" in v ? data.shared[v.$] : Object.fromEntries(Object.entries(v).map(([k, w]) => [k, resolve(w)])))
@@ -45,7 +47,7 @@ const answer = ({ flight: id, controller: which, values = {}, rows: wanted = tru
   const rows = new Float64Array((Math.floor(ticks.last / ticks.log) + 1) * law.columns.length);
   const tables = controller.tables.map((name) => doubles(data.tables[name]));
   const net = seen ? new Float64Array((rows.length / law.columns.length) * (4 * law.net + 6)) : undefined;
-  const result = globalThis.quadstepLaws[controller.law].fly(parameters, tables, start, ticks, rows, net);
+  const result = lawOf(controller.law).fly(parameters, tables, start, ticks, rows, net);
   return {
     ...result,
     values: wanted ? Buffer.from(rows.buffer, 0, result.rows * law.columns.length * 8).toString("base64") : "",

@@ -1,10 +1,12 @@
 // The page's own data and laws, as Python left them in it.
 
 import type { LawCode, PageData } from "./contract";
+import { run } from "../view/dom";
 import { doubles } from "./packed";
 
 declare global {
-  var quadstepLaws: Record<string, LawCode> | undefined;
+  /** Laws, each as text until it flies: a page has many, and reading all of them takes longer than its first flight should wait. */
+  var quadstepLaws: Record<string, LawCode | string> | undefined;
 }
 
 const EMPTY: PageData = {
@@ -45,7 +47,9 @@ function resolve(value: unknown, shared: readonly unknown[]): unknown {
 /** A compiled law, if the page has it. */
 export function lawCode(id: string): LawCode | undefined {
   const laws = globalThis.quadstepLaws;
-  return laws && Object.hasOwn(laws, id) ? laws[id] : undefined;
+  if (!laws || !Object.hasOwn(laws, id)) return undefined;
+  if (typeof laws[id] === "string") run(`quadstepLaws[${JSON.stringify(id)}]=${laws[id]}`);
+  return laws[id] as LawCode;
 }
 
 const unpacked = new Map<string, Float64Array>();

@@ -14,7 +14,7 @@ import { Tally } from "./judge";
 import { Pool, type Setting } from "./pool";
 
 const BINS = 48;
-const HEIGHT = 96; // px
+const HEIGHT = 120; // px
 
 export class RatePanel {
   tally: Tally | undefined;
@@ -117,11 +117,11 @@ export class RatePanel {
     pen.scale(devicePixelRatio, devicePixelRatio);
     const surface = new CanvasSurface(pen);
     const colours = palette.value;
-    const [floor, right] = [HEIGHT - 20, width - 46];
+    const [floor, right, top] = [HEIGHT - 34, width - 46, 18];
     const x = (value: number): number => 6 + (value / most) * (right - 6);
     const tallest = Math.max(...counts, lost, 1);
     const bar = (left: number, wide: number, count: number, colour: string): void =>
-      surface.rectangle({ left, top: floor - (count / tallest) * (floor - 6), width: wide, height: (count / tallest) * (floor - 6) }, colour);
+      surface.rectangle({ left, top: floor - (count / tallest) * (floor - top), width: wide, height: (count / tallest) * (floor - top) }, colour);
     counts.forEach((count, i) => {
       const from = x((i * most) / BINS);
       const beyond = limit !== undefined && ((i + 0.5) * most) / BINS > limit;
@@ -129,10 +129,15 @@ export class RatePanel {
     });
     bar(right + 14, 22, lost, colours.vermillion);
     surface.polyline([6, floor + 0.5, width - 6, floor + 0.5], { colour: colours.line, width: 1, dash: [] });
-    if (limit !== undefined) surface.polyline([x(limit), 4, x(limit), floor], { colour: colours.ink, width: 1, dash: [3, 3] });
     const small = { colour: colours.muted, size: 11, align: "center" } as const;
-    const places = marks(0, most, right / 70);
-    places.forEach((value, i) => surface.text(Math.min(x(value), right - 2), floor + 11, i === places.length - 1 ? `${metric === "largest_error" ? "largest error" : "position RMSE"}${this.from}, ${plain(value)} m` : plain(value), i === places.length - 1 ? { ...small, align: "right" } : small));
+    if (limit !== undefined) {
+      surface.polyline([x(limit), 4, x(limit), floor], { colour: colours.ink, width: 1, dash: [3, 3] });
+      surface.text(x(limit) + 4, 8, "limit", { ...small, align: "left" });
+    }
+    surface.polyline([6, top + 0.5, right, top + 0.5], { colour: colours.line, width: 1, dash: [2, 3] });
+    surface.text(6, 8, `${tallest} flight${tallest === 1 ? "" : "s"}`, { ...small, align: "left" });
+    for (const value of marks(0, most, right / 70)) surface.text(x(value), floor + 11, plain(value), small);
+    surface.text((6 + right) / 2, floor + 26, `${metric === "largest_error" ? "largest error" : "position RMSE"}${this.from} [m]`, small);
     surface.text(right + 25, floor + 11, "lost", small);
     this.canvas.setAttribute("aria-label", `Histogram of the ${metric === "largest_error" ? "largest error" : "position RMSE"}${this.from} of ${kept.length} completed flights; ${lost} were lost.`);
   }

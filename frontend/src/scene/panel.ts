@@ -4,7 +4,7 @@ import type { Inputs } from "../data/engine";
 import { pathOfLog } from "../logs/log";
 import type { Session, Shown } from "../session";
 import type { Clock } from "../view/clock";
-import { byId, fill, h, swatch } from "../view/dom";
+import { byId, fill, h, run, swatch } from "../view/dom";
 import { join, number, plain } from "../view/format";
 import { type Palette, palette } from "../view/theme";
 import type * as view from "./view";
@@ -33,7 +33,8 @@ export function openScene(session: Session, clock: Clock): ScenePanel | undefine
 /** Runs the scene's own script, once. */
 export function readScene(): void {
   const kept = document.getElementById("quadstep-scene");
-  kept?.replaceWith(h("script", {}, kept.textContent));
+  kept?.remove();
+  if (kept) run(kept.textContent);
 }
 
 function viewOf(canvas: HTMLCanvasElement): SceneView | undefined {

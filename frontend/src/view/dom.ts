@@ -24,13 +24,20 @@ export function append(parent: Element, ...children: Child[]): void {
 
 /** Text as it is set: the apostrophe of a word is not that of a typewriter. */
 export function typeset(text: string): string {
-  return text.replace(/(?<=\p{L})'(?=\p{L})/gu, "’");
+  return text.includes("'") ? text.replace(/(?<=\p{L})'(?=\p{L})/gu, "’") : text;
 }
 
 /** Replaces everything in an element. */
 export function fill(parent: Element, ...children: Child[]): void {
   parent.replaceChildren();
   append(parent, ...children);
+}
+
+/** Runs a script that the page holds as text until it is needed. */
+export function run(text: string): void {
+  const script = h("script");
+  script.textContent = text;
+  document.head.append(script);
 }
 
 /** The element of the page's frame with this id. */

@@ -3,6 +3,7 @@
 The laws of a page: each structure of a closed loop is compiled once, whatever its numbers.
 """
 
+import json
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple, cast
@@ -263,8 +264,7 @@ class Laws:
         }
 
     def script(self) -> str:
-        entries = ",\n".join(f"{name}:{law.text}" for name, law in self.laws.items())
-        return f"globalThis.quadstepLaws={{{entries}}};"
+        return f"globalThis.quadstepLaws={json.dumps({name: law.text for name, law in self.laws.items()})};"
 
 
 def compiled(plan: FlightPlan) -> Law:

@@ -71,13 +71,14 @@ export function lyapunov(): void {
       const total = Float64Array.from(zero, (_, k) => columns.reduce((all, one) => all + one[k]!, 0));
       const [terms, tall] = keys(46, 92 + deep + 0.75 * size + 58, width, [...TERMS.map(([, look, symbol, name]) => [name, `area ${look}`, symbol] as const), ["their sum", "c-ink", ""]]);
       const top = 92 + deep + 0.75 * size + 58 + tall + 15;
-      const rates = new Plot({ left: 46, top, width: width - 58, height: 170 }, [0, 7], span([up, down], -MOST, MOST, 0.2, 0));
+      const deepest = width > NARROW ? 170 : 120; // on a telephone all of it should be seen at once
+      const rates = new Plot({ left: 46, top, width: width - 58, height: deepest }, [0, 7], span([up, down], -MOST, MOST, 0.2, 0));
       const cut = Math.max(...up) > MOST || Math.min(...down) < -MOST;
       plots = [rates];
       const areas = stacked.flatMap(({ look, symbol, parts }) => parts.map(([low, high]) => rates.area(t, low, high, look, symbol)));
       return svg(
         width,
-        top + 170 + 38,
+        top + deepest + 38,
         text(8, 16, `K_r1 − mΛ_1 = 3 − 1 = 2 > 0: holds`, "c-ink"),
         text(8, 36, `K_r2 − J_M Λ_2 = ${fixed(gain.value, 1 + more)} − 10 · ${fixed(slope.value, 2 + more)} = ${fixed(surplus, 1 + more)}${surplus > 0 ? " > 0: holds" : ": does not hold"}`, surplus > 0 ? "c-ink" : "c-vermillion"),
         text(8, 56, flown.lost ? `the flight is ${flown.lost}` : `at ${fixed(t[row]!, 2)} s: L = ${fixed(height[row]!, 3)} J${width > NARROW ? " with the integrals" : ""}, its rate ${fixed(total[row]!, 3)} W${width > NARROW && r2[row]! > 0.01 ? `, |ε| at least ${fixed(Math.abs(columns[2]![row]!) / r2[row]!, 1)} N m` : ""}`, total[row]! > 0.005 ? "c-vermillion" : "c-muted"),
