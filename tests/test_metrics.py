@@ -2,6 +2,8 @@
 
 import json
 import math
+import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,7 @@ from quadstep.metrics.quantities import LoggedFlight, attitude_error, position_e
 from quadstep.metrics.reductions import rmse, settling_time
 from quadstep.metrics.registry import REPORTED, SCORED, flight_metrics, rotor_metrics, score_names_of, warned
 from quadstep.numbers import Vector
-from quadstep.studies.flight_report import of_limits, worst
+from quadstep.studies.flight_report import of_limits, parts, worst
 from quadstep.vehicle.in_space import COLUMNS
 
 
@@ -202,10 +204,10 @@ def test_a_thrust_that_no_rotor_can_give_is_shown_where_rotors_have_no_limits(le
     ("more", "after"),
     [
         ({}, ""),
-        ({"events": [{"type": "payload", "time": 1.0, "mass": 0.1, "until": 4.0}]}, ", 2.00 s after a payload was taken up"),
-        ({"events": [{"type": "payload", "time": 1.0, "mass": 0.1, "until": 2.0}]}, ", 1.00 s after a payload was released"),
+        ({"events": [{"type": "payload", "time": 1.0, "mass": 0.1, "until": 4.0}]}, ", 2 s after a payload was taken up"),
+        ({"events": [{"type": "payload", "time": 1.0, "mass": 0.1, "until": 2.0}]}, ", 1 s after a payload was released"),
         ({"events": [{"type": "rotor", "time": 3.5, "rotor": 1, "efficiency": 0.9}]}, ""),  # later
-        ({"wind": {"gust": {"velocity": [1.0, 0.0, 0.0], "start": 1.0, "length": 1.5}}}, ", 0.500 s after the gust ended"),
+        ({"wind": {"gust": {"velocity": [1.0, 0.0, 0.0], "start": 1.0, "length": 1.5}}}, ", 0.5 s after the gust ended"),
     ],
 )
 def test_the_largest_error_names_what_had_happened_last_before_it(more, after):
@@ -217,3 +219,45 @@ def test_the_largest_error_names_what_had_happened_last_before_it(more, after):
     log = FlightLog(columns, rows, Outcome.COMPLETED, 5.0, None)
     said = worst(log, 0.0, mission.moments).replace("\N{NO-BREAK SPACE}", " ")
     assert said == f", at 3 s{after}, where the path is at x 0, y 0, z 0 m"
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_a_flight_says_after_which_events_it_was_farthest_from_its_path(seed):
+    """Recomputed row by row from random errors, random events and a random start of scoring."""
+    draw = np.random.default_rng(seed)
+    first, second = sorted(draw.integers(1, 90, 2) / 10.0 + 0.05)
+    payload = {"type": "payload", "time": first, "mass": 0.1, "until": second + 0.1}
+    events = [payload, {"type": "rotor", "time": draw.integers(1, 99) / 10.0, "rotor": 1, "efficiency": 0.9}]
+    path = {"type": "step", "end": [0.0, 0.0, 5.0], "duration": 10.0}
+    since = float(draw.integers(0, 4))
+    mission = Mission(vehicle={"preset": "x500"}, path=path, score_from=since, events=events[seed % 4 == 0 :])
+    t = np.arange(101) / 10.0
+    size = np.abs(np.interp(t, np.arange(11.0), draw.normal(size=11)))
+    rows = np.zeros((101, 7))
+    rows[:, 0], rows[:, 1] = t, size
+    columns = {"t": "s", **dict.fromkeys(("x", "y", "z", "x_d", "y_d", "z_d"), "m")}
+    said = parts(FlightLog(columns, rows, Outcome.COMPLETED, 10.0, None), mission).replace("\N{NO-BREAK SPACE}", " ")
+    scored = [(float(when), float(off)) for when, off in zip(t, size, strict=True) if when >= since]
+    times = sorted({one.time: one.what for one in mission.moments if one.what and one.time > since}.items())
+    edges = [since, *(when for when, _ in times), 11.0]
+    spans = [[(when, off) for when, off in scored if low <= when < high] for low, high in pairwise(edges)]
+    for place in reversed(range(1, len(spans))):  # an event after which the error only falls belongs to what was before
+        if not spans[place] or max(off for _, off in spans[place]) <= spans[place][0][1]:
+            spans[place - 1] += spans.pop(place)
+            times.pop(place - 1)
+    if not times:
+        assert said == ""
+        return
+    peaks = [(*max(span, key=lambda one: one[1]), what) for span, what in zip(spans, [(since, ""), *times], strict=True)]
+    peaks.sort(key=lambda one: -one[1])
+    named = peaks[: 1 + (peaks[1][1] >= 0.5 * peaks[0][1])]
+    stated = re.findall(r"(?:at )?([\d.]+) s(?: after ([a-z ]+?))? \(([\d.]+) (m?m)\)", said)
+    assert len(stated) == len(named)
+    for (when, off, (event, what)), (delay, words, value, unit) in zip(named, stated, strict=True):
+        assert (words, float(delay)) == (what, pytest.approx(when - (event if what else 0.0), rel=6e-3))
+        assert float(value) * (1.0 if unit == "m" else 1e-3) == pytest.approx(off, rel=6e-3)
+    rest = re.search(r"at most ([\d.]+) (m?m) in the other parts", said)
+    assert (rest is None) == (len(peaks) == len(named))
+    if rest:
+        most = float(rest[1]) * (1.0 if rest[2] == "m" else 1e-3)
+        assert peaks[len(named)][1] <= most <= 1.01 * peaks[len(named)][1] + 1e-9

@@ -37,7 +37,7 @@ from quadstep.mission.read import check_mission
 from quadstep.mission.tune import TuneSection
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import EventMark
-from quadstep.report.panels import flight_jobs, seen_moments
+from quadstep.report.panels import flight_jobs, of_marks, seen_moments
 from quadstep.sensing.suite import Suite
 
 
@@ -270,7 +270,8 @@ class Mission(Section, metaclass=MissionMeta):
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
         seen = seen_moments(log, self.moments)
-        return [job._replace(moments=seen) for job in flight_jobs(log, self.name, self.plant.efforts)]
+        first, *more = [job._replace(moments=seen) for job in flight_jobs(log, self.name, self.plant.efforts)]
+        return [first._replace(caption=f"{first.caption}{of_marks(seen)}"), *more]
 
     def plan(self, folder: Path | None = None, warn: bool = True, drawn: bool = False) -> FlightPlan:
         """The flight this mission describes, as laws and numbers. Raises UserError.

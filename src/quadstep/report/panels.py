@@ -255,6 +255,12 @@ def seen_moments(log: FlightLog, moments: Sequence[EventMark]) -> tuple[EventMar
     return *lost, *(one for one in moments if 0.0 < one.time < log.ended)
 
 
+def of_marks(moments: Sequence[EventMark]) -> str:
+    """What these look like over time, to follow a caption."""
+    lasting = " The strips above the axes show how long something lasts, from the dashed line at which it begins."
+    return lasting if any(one.word and one.until > one.time for one in moments) else ""
+
+
 def jobs_to_draw(jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
     """What is drawn of a flight's figures: all, or one of the sheet's signals, where it has panels of these."""
     if not sheet.signals or not jobs:

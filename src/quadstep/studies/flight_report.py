@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 IN_SUMMARY = 2
 """Figures."""
 
+LEAST = 1e-4
+"""Share of a path's size below which an RMSE is only said to be less."""
+
 LIST = re.compile(r"\[[^\[\]{}]*\]")
 """In JSON: a list of numbers or names, which is shown on one line."""
 
@@ -73,7 +76,8 @@ def write_report(
         *own_facts(mission, metrics),
     ]
     kept = log.outcome is not Outcome.COMPLETED and len(log.rows)
-    lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission), size)]
+    moved = parts(log, mission) if "position" in metrics else ""
+    lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission), size, moved)]
     first, *more = [*filter(None, lines), *([of_log(log, metrics, ending)] if kept else [])]
     found = Evidence(
         mission.name, "Flight", first, (), {}, measured, drawn[:IN_SUMMARY], sections, more=more, warnings=warnings, fold=(),
@@ -92,18 +96,46 @@ def cut(mission: "Mission") -> str:
     return f"; {mission.cut}" if mission.cut else ""
 
 
-def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", size: str = "") -> str:
-    """How it went, in a sentence. counted: from when errors are, see `errors_since`; and how much is flown, see `cut`. size:
-    of its path, if it has one.
+def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", size: str = "", moved: str = "") -> str:
+    """How it went. counted: from when errors are, see `errors_since`; and how much is flown, see `cut`. size: of its path, if
+    it has one. moved: see `parts`.
     """
     if log.outcome is not Outcome.COMPLETED:
         return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
     off, found = metrics.get("position_rmse[m]"), graded(metrics)
-    share = (
-        f", {units.percent(cast(float, metrics['relative_error']))} of its path's size" if size and not found.reasons else ""
-    )
-    error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{share}{counted}" if off is not None else ""
-    return f"The flight completed {log.ended:g} s{error}. {found.sentence}".strip()
+    part = cast(float, metrics.get("relative_error") or 0.0)
+    of_it = units.percent(part) if part >= LEAST else f"less than {units.percent(LEAST)}"
+    share = f", {of_it} of its path's size" if size and not found.reasons else ""
+    with_error = "; its position RMSE is" if moved else " with a position RMSE of"
+    error = f"{with_error} {units.quantity(cast(float, off), 'm')}{share}{counted}" if off is not None else ""
+    return f"The flight completed {log.ended:g} s{moved}{error}. {found.sentence}".strip()
+
+
+def parts(log: FlightLog, mission: "Mission") -> str:
+    """After which events a completed flight was farthest from its path, to follow how long it lasted; "" where nothing
+    happened. An event after which the error only falls begins no part of its own.
+    """
+    since, kept = mission.scored_from, log.column("t") >= mission.scored_from
+    t, off = log.column("t")[kept], np.linalg.norm(position_errors(log), axis=1)[kept]
+    after = dict[float, str]()
+    for one in mission.moments:
+        if one.what and one.time > since:
+            after[one.time] = f"{after[one.time]} and {one.what}" if one.time in after else f" after {one.what}"
+    found, end = list[tuple[float, str]](), len(t)
+    for when, what in [*sorted(after.items(), reverse=True), (since, "")]:
+        begin = int(np.searchsorted(t, when)) if what else 0
+        place = begin + int(off[begin:end].argmax()) if begin < end else begin
+        if place > begin or (end and not what):
+            found.append((float(off[place]), f"{t[place] - when:.3g} s{what}" if what else f"at {at(t, place)}"))
+            end = begin
+    if log.outcome is not Outcome.COMPLETED or len(found) < 2:
+        return ""
+    first, *others = sorted(found, reverse=True)
+    shown = [first, *others[: others[0][0] >= 0.5 * first[0]]]
+    said = units.listed([f"{when} ({units.quantity(most, 'm')})" for most, when in shown])
+    rest = max((most for most, _ in others[len(shown) - 1 :]), default=0.0)
+    less = f", and at most {units.quantity(units.rounded_up(rest, 3), 'm')} in the other parts of the flight" if rest else ""
+    return f"; its error was largest {said}{less}"
 
 
 def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
@@ -163,7 +195,7 @@ def worst(log: FlightLog, since: float, moments: Sequence[EventMark] = ()) -> st
     unit, factor = units.suited("m", max(map(abs, wanted.values())))
     there = ", ".join(f"{a} {units.number(factor * one)}" for a, one in wanted.items())
     before, what = max(((when, what) for when, what, *_ in moments if what and 0.0 < when <= t[place]), default=(0.0, ""))
-    after = f", {units.quantity(float(t[place]) - before, 's')} after {what}" if what else ""
+    after = f", {t[place] - before:.3g} s after {what}" if what else ""
     return f", at {at(t, place)}{after}, where the path is at {there} {unit}"
 
 
@@ -178,8 +210,9 @@ def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fa
         )
         along = f"from the path{when}" if "largest_error[m]" in metrics else "along one axis"
         found.append(markup.Fact("largest error", units.quantity(largest, "m"), f"{along}{counted and f'; counted{counted}'}"))
-    rest = rest_of(metrics) or {"grade": "not computed here", "why": "run `quadstep linear`, which may take a while"}
-    return [*found, *of_limits(metrics), markup.Fact("loop at rest where the path begins", rest["grade"], rest["why"])]
+    rest = rest_of(metrics)
+    loop = [markup.Fact("loop at rest where the path begins", rest["grade"], rest["why"])] if rest else []
+    return [*found, *of_limits(metrics), *loop]
 
 
 def of_limits(metrics: Metrics) -> list[markup.Fact]:
@@ -241,6 +274,8 @@ def error_rows(metrics: Metrics, ending: Metrics | None = None) -> list[list[str
             values = [one[f"{key}[{base}]"] for key in ("rmse", "largest", "final")]
             values += [missed(ending, axis, base)] if ending else []
             unit, factor = units.suited(base, largest)
+            if factor * largest < 1.0 and unit != "°":  # the finer unit has room for what is smaller
+                unit, factor = units.suited(base, 0.05 * largest)
             if 0.0 < factor * max(values) < SMALL:
                 unit, factor = units.suited(base, max(values))
             written = (units.number(factor * value) if math.isfinite(value) else "–" for value in values)

@@ -33,7 +33,7 @@ from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import quantity
 from quadstep.studies import flight_report as report
-from quadstep.studies.flight_report import cut, error_rows, errors_since, of_limits, of_log, own_facts, write_report
+from quadstep.studies.flight_report import cut, error_rows, errors_since, of_limits, of_log, own_facts, parts, write_report
 
 REPORT = "report.html"
 
@@ -122,7 +122,7 @@ def fly_mission(
         metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, ending, progress, sheet, why, grading)
     diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
-    summary = summarise(mission.name, log, metrics, warnings, judged, why, errors_since(mission) + cut(mission), ending)
+    summary = summarise(mission.name, log, metrics, warnings, judged, mission, why, ending)
     summary = summary._replace(facts=[*summary.facts, *([one.what, one.value] for one in own_facts(mission, metrics))])
     if lost := plan.loop.controller.why_lost(plan.parameters.gains):
         return summary._replace(ending=f"{lost}. The log up to that point is kept.")
@@ -254,20 +254,20 @@ def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
 
 
 def summarise(
-    name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, ...], judged: list[JudgedMetric], why: str = "",
-    counted: str = "", ended: Metrics | None = None,
+    name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, ...], judged: list[JudgedMetric],
+    mission: Mission | None, why: str = "", ended: Metrics | None = None,
 ) -> FlightSummary:  # fmt: skip
-    """The table of errors, how close the vehicle came to its limits, and the closing line. why: it ended early, if known.
-    counted: from when errors are, as `errors_since` has it, and how much is flown, as `cut` has it. ended:
-    the state that ended it, as in metrics.json.
+    """The table of errors, how close the vehicle came to its limits, and the closing line. mission, why: it ended early, if
+    known. ended: the state that ended it, as in metrics.json.
     """
     rows = [[f"{axis} [{unit}]", *values] for axis, *values, unit in error_rows(metrics, ended)]
     facts = [[one.what, one.value] for one in of_limits(metrics)]
     completed = log.outcome is Outcome.COMPLETED
     if completed:
-        error = f"position RMSE {quantity(metric(metrics, 'position_rmse[m]'), 'm')}{counted}"
+        counted, moved = (errors_since(mission) + cut(mission), parts(log, mission)) if mission else ("", "")
+        error = f"{moved}; position RMSE {quantity(metric(metrics, 'position_rmse[m]'), 'm')}{counted}"
         but = graded(metrics).sentence
-        ending = " ".join(filter(None, (left_path(log, metrics), f"Completed {log.ended:g} s; {error}.", but)))
+        ending = " ".join(filter(None, (left_path(log, metrics), f"Completed {log.ended:g} s{error}.", but)))
     else:
         kept = f"The log up to that point is kept. {of_log(log, metrics, ended)}" if len(log.rows) else "Its log is empty."
         ending = f"Lost at {log.ended:g} s: {why or REASONS[log.outcome]}. {kept}"

@@ -22,7 +22,6 @@ from quadstep.report.panels import flight_jobs
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing
 from quadstep.report.units import quantity, rich
-from quadstep.studies.flight_report import cut, errors_since
 from quadstep.studies.fly import ending_state, summarise, write_results
 
 if TYPE_CHECKING:
@@ -141,9 +140,8 @@ class Flight(FlightLog):
 
     def _repr_html_(self) -> str:
         """The view in a notebook: a table of results and the position over time."""
-        counted = errors_since(self.mission) + cut(self.mission) if self.mission else ""
         ended = ending_state(self.plan, self)
-        said = summarise(self.name, self, self.metrics(), self.warnings, [], counted=counted, ended=ended)
+        said = summarise(self.name, self, self.metrics(), self.warnings, [], self.mission, ended=ended)
         parts = [f"<strong>{escape(said.name)}</strong>", paragraph(said.ending)]
         parts += [paragraph(f"Warning: {warning}") for warning in said.warnings]
         if said.rows:
