@@ -33,7 +33,8 @@ def test_a_command_is_drawn_and_compared_the_shorter_way_round():
     panels = attitude_panels(log)
     drawn = next(panel.lines["yaw_d"] for panel in panels if panel.label == "yaw")
     assert drawn == pytest.approx(rows[:, 6] + 2.0 * np.pi)
-    assert of_attitude(log, panels).startswith("Largest difference from the commanded attitude: 4.77°, in yaw, at 0 s; ")
+    said = "The attitude is farthest from its command in yaw, by 4.77° at 0 s; half"
+    assert of_attitude(log, panels).startswith(said)
 
 
 @pytest.mark.parametrize(("content", "labels"), [
@@ -48,7 +49,7 @@ def test_a_command_is_drawn_and_compared_the_shorter_way_round():
 def test_the_last_figure_shows_and_names_only_what_there_is(content, labels):
     log = fly(check_mission(content, "mission").plan())
     *_, last = flight_jobs(log, "A flight")
-    assert last.caption.startswith("Largest values: rotor thrust, f")
+    assert last.caption.startswith(("The largest value is: rotor thrust ", "The largest values are: rotor thrust "))
     assert [panel.label for panel in last.panels] == labels
     assert last.caption.endswith(" Steady wind: 1.00\N{NO-BREAK SPACE}m/s along x.") == (content == REAL | WIND)
 
@@ -73,9 +74,10 @@ def test_captions_say_where_a_flight_is_worst():
     path, position, inputs = flight_jobs(log, "A flight")[:3]
     said = [one.caption.replace("\N{NO-BREAK SPACE}", " ") for one in (path, position, inputs)]
     assert said == [
-        "Farthest from its path: 1.00 m, at 1 s; in the second half at most 100 mm.",
-        "Largest error along an axis: x, 1.00 m at 1 s; at the end: x 100 mm, y 0 m, z 0 m.",
-        "Largest u: 9.00 N, at 4 s. The limits cut the law's command 24.9 % of the time.",
+        "The vehicle is farthest from its path, 1.00 m, at 1 s, and in the second half of the flight at most 100 mm.",
+        "The largest error along one axis is that along x, 1.00 m at 1 s; at the end it is 100 mm along x, 0 m along y and "
+        "0 m along z.",
+        "The largest u is 9.00 N, at 4 s. The limits cut the law's command 24.9 % of the time.",
     ]
     assert [panel.lines.keys() for panel in inputs.panels] == [{"commanded", "within limits"}]
 
@@ -87,7 +89,7 @@ def test_a_path_that_leaves_its_picture_says_so():
     log = FlightLog(
         columns, np.stack([t, x_d, *np.zeros((1, 401)), z, x_d, *np.zeros((2, 401))], axis=1), Outcome.OFF_PATH, 4.0, None
     )
-    assert flight_jobs(log, "A flight")[0].caption.endswith("Circle: start; cross: end, beyond the view along z.")
+    assert flight_jobs(log, "A flight")[0].caption.endswith("the cross the end, which is beyond the view along z.")
 
 
 def test_what_is_asked_for_is_drawn_below_what_comes_of_it():
@@ -116,7 +118,7 @@ def test_signals_are_drawn_in_one_figure_in_the_order_asked_for():
     assert chosen([], "z") == {}
     (one,) = jobs_to_draw(jobs, sheet(signals="z"))
     np.testing.assert_array_equal(one.panels[0].lines["z"], log.column("z"))
-    assert one.caption.startswith("Largest values: z, z")
+    assert one.caption.startswith("The largest value is: z ")
 
 
 def test_columns_that_share_a_panel_are_signals_each():

@@ -37,11 +37,12 @@ def of_path(log: FlightLog, track: Track) -> str:
     t, distance = log.column("t"), track.distance
     worst = int(distance.argmax())
     later = float(distance[t >= 0.5 * t[-1]].max())
-    said = f"Farthest from its path: {quantity(float(distance[worst]), 'm')}, at {at(t, worst)}"
-    said += f"; in the second half at most {quantity(later, 'm')}" if later < 0.9 * distance[worst] else ""
+    said = f"The vehicle is farthest from its path, {quantity(float(distance[worst]), 'm')}, at {at(t, worst)}"
+    said += f", and in the second half of the flight at most {quantity(later, 'm')}" if later < 0.9 * distance[worst] else ""
     if not track.views:
         return f"{said}."
-    return f"{said}. Circle: start; cross: end{f', beyond the view along {listed(track.beyond)}' if track.beyond else ''}."
+    beyond = f", which is beyond the view along {listed(track.beyond)}" if track.beyond else ""
+    return f"{said}. The circle marks the start, the cross the end{beyond}."
 
 
 def of_position(log: FlightLog) -> str:
@@ -50,8 +51,11 @@ def of_position(log: FlightLog) -> str:
     worst = [int(np.abs(errors[:, i]).argmax()) for i in range(len(axes))]
     sizes = [abs(float(errors[place, i])) for i, place in enumerate(worst)]
     i = int(np.argmax(sizes))
-    final = ", ".join(f"{axis} {quantity(abs(float(errors[-1, k])), 'm')}" for k, axis in enumerate(axes))
-    return f"Largest error along an axis: {axes[i]}, {quantity(sizes[i], 'm')} at {at(t, worst[i])}; at the end: {final}."
+    final = listed([f"{quantity(abs(float(errors[-1, k])), 'm')} along {axis}" for k, axis in enumerate(axes)])
+    said = f"The largest error along one axis is that along {axes[i]}, {quantity(sizes[i], 'm')} at {at(t, worst[i])}"
+    whole = float(np.linalg.norm(errors, axis=1).max())
+    said += f" (all axes together: {quantity(whole, 'm')})" if whole > 1.005 * sizes[i] else ""
+    return f"{said}; at the end it is {final}."
 
 
 def of_attitude(log: FlightLog, panels: list[Panel]) -> str:
@@ -67,8 +71,8 @@ def of_attitude(log: FlightLog, panels: list[Panel]) -> str:
     largest, place, usual, name = max(found)
     unit, factor = suited("rad", largest)
     most, half = (f"{number(factor * one)}{unit_suffix(unit)}" for one in (largest, usual))
-    where = f"{most}, in {SPOKEN.get(name, name)}, at {at(t, place)}"
-    return f"Largest difference from the commanded attitude: {where}; half of the time it is at most {half}."
+    said = f"The attitude is farthest from its command in {SPOKEN.get(name, name)}, by {most} at {at(t, place)}"
+    return f"{said}; half of the time this difference is at most {half}."
 
 
 def of_inputs(log: FlightLog, panels: list[Panel]) -> str:
@@ -76,7 +80,7 @@ def of_inputs(log: FlightLog, panels: list[Panel]) -> str:
     t, first = log.column("t"), panels[0]
     values = next(iter(first.lines.values()))
     place = int(np.abs(values).argmax())
-    said = f"Largest {first.label}: {quantity(float(values[place]), first.unit)}, at {at(t, place)}."
+    said = f"The largest {first.label} is {quantity(float(values[place]), first.unit)}, at {at(t, place)}."
     pairs = [[*panel.lines.values()] for panel in panels if len(panel.lines) == 2]
     if pairs:
         cut = [np.abs(a - b) > SAME * max(float(np.abs(a).max()), 1e-300) for a, b in pairs]
@@ -97,9 +101,10 @@ def of_others(panels: list[Panel], t: Numbers, more: str = "") -> str:
             each = panel.unit.split(", ")  # or one for all lines
             unit = each[list(panel.lines).index(name)] if len(each) == len(panel.lines) else panel.unit
             size = number(value) if unit == "-" or "," in unit else quantity(value, unit)
-            what = f"{panel.label}{f', {name}' if len(panel.lines) > 1 else ''}{', lowest' if low else ''}"
-            found.append(f"{what}: {size} at {at(t, place)}")
-    return f"Largest values: {'; '.join(found)}.{more}" if found else listed([panel.label for panel in panels])
+            what = f"{f'{name}, ' if len(panel.lines) > 1 else ''}{'its lowest, ' if low else ''}at {at(t, place)}"
+            found.append(f"{panel.label} {size} ({what})")
+    begins = "The largest values are:" if found[1:] else "The largest value is:"
+    return f"{begins} {listed(found)}.{more}" if found else listed([panel.label for panel in panels])
 
 
 def at(t: Numbers, place: int) -> str:
