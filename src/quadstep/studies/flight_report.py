@@ -104,7 +104,7 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", s
         return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
     off, found = metrics.get("position_rmse[m]"), graded(metrics)
     part = cast(float, metrics.get("relative_error") or 0.0)
-    of_it = units.percent(part) if part >= LEAST else f"less than {units.percent(LEAST)}"
+    of_it = units.percent(part) if part >= LEAST else f"less than {100.0 * LEAST:g} %"
     share = f", {of_it} of its path's size" if size and not found.reasons else ""
     with_error = "; its position RMSE is" if moved else " with a position RMSE of"
     error = f"{with_error} {units.quantity(cast(float, off), 'm')}{share}{counted}" if off is not None else ""
@@ -130,12 +130,13 @@ def parts(log: FlightLog, mission: "Mission") -> str:
             end = begin
     if log.outcome is not Outcome.COMPLETED or len(found) < 2:
         return ""
-    first, *others = sorted(found, reverse=True)
-    shown = [first, *others[: others[0][0] >= 0.5 * first[0]]]
-    said = units.listed([f"{when} ({units.quantity(most, 'm')})" for most, when in shown])
-    rest = max((most for most, _ in others[len(shown) - 1 :]), default=0.0)
-    less = f", and at most {units.quantity(units.rounded_up(rest, 3), 'm')} in the other parts of the flight" if rest else ""
-    return f"; its error was largest {said}{less}"
+    found.sort(reverse=True)
+    shown = 1 + (found[1][0] >= 0.5 * found[0][0])
+    said = units.listed([f"{when} ({units.quantity(most, 'm')})" for most, when in found[:shown]])
+    rest = [
+        f", and at most {units.quantity(units.rounded_up(most, 3), 'm')} in the other parts of the flight" for most, _ in found
+    ]
+    return f"; its error was largest {said}{''.join(rest[shown : shown + 1])}"
 
 
 def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
