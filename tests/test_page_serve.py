@@ -526,13 +526,13 @@ def test_of_two_campaigns_the_numbers_that_their_reports_begin_with_stand_beside
         page = page_text(name, [summary("An answer.", facts)], "campaign")
         (tmp_path / name / "report.html").write_text(page)
     text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
-    assert "only their numbers can be compared" in text
+    assert "“a” and “b” are not ranked: below are the answers and first numbers of their reports, side by side." in text
     assert "succeed 61 % (95 % interval: 48 % to 83 %) 75 % (95 % interval: 48 % to 83 %)" in text
     assert "median position RMSE 185 mm –" in text
     for name in ("a", "b"):
         (tmp_path / name / "report.html").write_text(page_text(name, [summary("An answer.")], "campaign"))
     text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
-    assert "neither has numbers to compare" in text and "only their numbers" not in text
+    assert "“a” and “b” have no numbers to compare." in text and "not ranked" not in text
 
 
 def test_two_reports_of_a_kind_are_compared_by_the_values_of_their_tables_and_not_by_their_json(tmp_path):

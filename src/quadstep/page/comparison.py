@@ -69,7 +69,8 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         markup.Fact(f"{name}: position RMSE", units.quantity(one.rmse, "m"), flew and f"controller: {flew}")
         for name, one, flew in zip(names, results, map(controller, contents), strict=True) if one.rmse is not None
     ]  # fmt: skip
-    body = [markup.summary(unlike or conditions(*contents) + answer(quoted, first, second, bool(rows)), errors)]
+    shown = "the answers and first numbers of their reports" if told else "their numbers" * bool(rows)
+    body = [markup.summary(unlike or conditions(*contents) + answer(quoted, first, second, shown), errors)]
     places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
     pages = [f'<a href="{escape(best(one))}">{escape(name)}</a>' for one, name in zip(results, names, strict=True)]
     if flights and not (things := different(*contents)):
@@ -104,8 +105,7 @@ def differing_tables(names: list[str], *folders: Path) -> list[str]:
     """Sections: what the tables of two reports say differently."""
     with suppress(UserError, OSError):
         found = differences(*folders)
-        anchors = [f"differs-{number}" for number in range(len(found))]
-        headings = (markup.heading(title, anchor) for title, anchor in zip(found, anchors, strict=True))
+        headings = (markup.heading(title, f"differs-{number}") for number, title in enumerate(found))
         tables = (markup.table(("", *names), rows[:MOST_ROWS]) for rows in found.values())
         said = [markup.paragraph("Below is what both reports' tables have with different values.")] if found else []
         return [*said, *(part for both in zip(headings, tables, strict=True) for part in both)]
@@ -224,12 +224,12 @@ def reported(*results: ResultFolder) -> list[list[str]]:
     return [[what, *(one.get(what, "–") for one in told)] for what in dict.fromkeys(name for one in told for name in one)]
 
 
-def answer(names: list[str], first: dict[str, float], second: dict[str, float], numbered: bool) -> str:
-    """Which is closer to its path, as far as that is known. numbered: whether there are numbers of either."""
+def answer(names: list[str], first: dict[str, float], second: dict[str, float], shown: str) -> str:
+    """Which is closer to its path, as far as that is known. shown: what is compared where it is not."""
     errors = [one.get(RMSE) for one in (first, second)]
     if errors[0] is None or errors[1] is None:
-        left = "only their numbers can be compared" if numbered else "neither has numbers to compare"
-        return f"{names[0]} and {names[1]}: {left}."
+        left = f"are not ranked: below are {shown}, side by side" if shown else "have no numbers to compare"
+        return f"{names[0]} and {names[1]} {left}."
     if errors[0] == errors[1]:
         return "Both are equally close to their paths."
     near, far = (0, 1) if errors[0] < errors[1] else (1, 0)
