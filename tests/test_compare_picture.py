@@ -43,7 +43,7 @@ def ordered(names, p=0.001, **more):
     """Each better than those after it."""
     gap = Estimate(-0.01, -0.02, -0.005)
     pairs = [Pair(*both, gap, 1.0, -1.0, p, 0.0, 1.0)._replace(**more) for both in combinations(names, 2)]
-    return Ranked({name: 1.0 + place for place, name in enumerate(names)}, tuple(pairs))
+    return Ranked(tuple(pairs))
 
 
 def elsewhere(found, **more):

@@ -20,28 +20,28 @@ def eight():
 
 
 @pytest.mark.parametrize(("sensors", "row", "still", "windy"), [
-    ({}, "not late", "1.8", "14"),
-    ({"latency": 0.02, "predictor": True}, "20 ms late, with a predictor", "1.8", "14"),
-    ({"latency": 0.02}, "20 ms late, without one", "2.7", "43"),
+    ({}, "not late", "18", "140"),
+    ({"latency": 0.02, "predictor": True}, "20 ms late, with a predictor", "18", "140"),
+    ({"latency": 0.02}, "20 ms late, without one", "27", "430"),
 ])  # fmt: skip
 def test_what_a_predictor_saves(sensors, row, still, windy, eight):
     wind = {"mean": [12.0, 0.0, 0.0], "turbulence": {"wind_20": 12.0, "height": 6.0}}
     found = [fly(eight.with_({"sensors": sensors, "wind": air})).metrics()["position_rmse[m]"] for air in ({}, wind)]
-    assert [f"{100.0 * one:.2g}" for one in found] == [still, windy]
+    assert [float(f"{1000.0 * one:.2g}") for one in found] == [float(still), float(windy)]
     (line,) = (one for one in PAGE.splitlines() if one.startswith(f"| {row}"))
-    assert line.endswith(f" | {still} cm | {windy} cm |")
+    assert line.endswith(f" | {still} mm | {windy} mm |")
 
 
 def test_the_errors_that_nested_saturations_leave(eight):
     nested = eight.with_({"controller": {"type": "nested-saturation"}})
     flight = fly(nested.with_({"path": HOVER, "wind": {"mean": [3.0, 0.0, 0.0]}}))
     off = flight.column("x")[-1] - flight.column("x_d")[-1]
-    assert f"({100.0 * off:.0f} cm in a wind of 3 m/s on the 2.6 kg" in PAGE
+    assert f"({round(1000.0 * off, -1):.0f} mm in a wind of 3 m/s on the 2.6 kg" in PAGE
     rmse = []
     for radius in (1.0, 2.0):
         circle = {"type": "circle", "radius": radius, "period": 2 * np.pi * np.sqrt(radius / 4.905), "turns": 6.0}
         rmse.append(fly(nested.with_({"path": circle})).metrics()["position_rmse[m]"])
-    assert f"radius at 0.5 g the error is {100.0 * rmse[0]:.0f} and {100.0 * rmse[1]:.0f} cm" in PAGE
+    assert f"radius at 0.5 g the error is {round(1000.0 * rmse[0], -1):.0f} and {round(1000.0 * rmse[1], -1):.0f} mm" in PAGE
 
 
 def test_how_far_a_turning_heading_lags(eight):

@@ -160,7 +160,7 @@ def test_a_student_is_told_what_a_wrong_answer_lacks(name, tmp_path):
 RATE, NEURONS, SCALE = "controller.nets.F1", "controller.nets.neurons", "disturbance.scale"
 NETS = "controller.nets.enabled"
 QUOTED = {
-    "5.5": [({"controller.K_r2": 10.0, "controller.Lambda2": 0.5}, "11 cm"), (SOLUTIONS["5.5"], "3.6 mm")],
+    "5.5": [({"controller.K_r2": 10.0, "controller.Lambda2": 0.5}, "110 mm"), (SOLUTIONS["5.5"], "3.6 mm")],
     "6.5": [
         ({NEURONS: 8}, "3.1 mm"),
         (SOLUTIONS["6.5"], "1.4 mm"),
@@ -171,20 +171,20 @@ QUOTED = {
         ({"controller": {"type": OWN_INTEGRAL["type"]}}, "36 mm"),
         ({"controller": {**SOLUTIONS["6.7"]["controller"], "integral": 100.0}}, "lost"),
     ],
-    "7.4": [({RATE: 3.0}, "35 cm"), ({RATE: 4.0}, "lost"), ({RATE: 1e-9}, "1.3 m")],
-    "7.5": [(SOLUTIONS["7.5"], "55 cm"), ({"path.duration": 2.75, RATE: 1.0}, "80 cm")],
+    "7.4": [({RATE: 3.0}, "350 mm"), ({RATE: 4.0}, "lost"), ({RATE: 1e-9}, "1.3 m")],
+    "7.5": [(SOLUTIONS["7.5"], "550 mm"), ({"path.duration": 2.75, RATE: 1.0}, "800 mm")],
     "8.4": [
         (SOLUTIONS["8.4"], "6.4 mm"),
-        ({SCALE: 2.5}, "2.9 cm"),
+        ({SCALE: 2.5}, "29 mm"),
         ({SCALE: 2.5, RATE: 8.0}, "lost"),
     ],
     "8.5": [
-        (SOLUTIONS["8.5"], "3.7 cm"),
+        (SOLUTIONS["8.5"], "37 mm"),
         ({SCALE: 3.0}, "lost"),
-        ({SCALE: 3.0, RATE: 0.2}, "7.1 cm"),
-        ({SCALE: 3.0, NETS: False}, "5.7 cm"),
-        *(({SCALE: 3.0, NETS: False, "controller.Lambda1": value}, "5.3 cm") for value in (1.2, 1.5, 1.8)),
-        ({SCALE: 3.0, NETS: False, "controller.K_r1": 3.2}, "8.7 cm"),
+        ({SCALE: 3.0, RATE: 0.2}, "71 mm"),
+        ({SCALE: 3.0, NETS: False}, "57 mm"),
+        *(({SCALE: 3.0, NETS: False, "controller.Lambda1": value}, "53 mm") for value in (1.2, 1.5, 1.8)),
+        ({SCALE: 3.0, NETS: False, "controller.K_r1": 3.2}, "87 mm"),
         ({SCALE: 3.0, NETS: False, "controller.K_r1": 3.5}, "lost"),
     ],
 }
@@ -203,8 +203,8 @@ def test_an_answer_quotes_what_its_flights_do(name, tmp_path):
         if said == "lost":
             assert flight.outcome.name != "COMPLETED"
         else:
-            rmse = flight.metrics()["position_rmse[m]"] * {"m": 1.0, "cm": 100.0, "mm": 1000.0}[unit]
-            assert f"{rmse:.2g}" == size, changes
+            rmse = flight.metrics()["position_rmse[m]"] * {"m": 1.0, "mm": 1000.0}[unit]
+            assert float(f"{rmse:.2g}") == float(size), changes
         assert said in answer, said
 
 

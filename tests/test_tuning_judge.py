@@ -255,6 +255,13 @@ def test_a_change_that_is_only_rounding_is_zero_and_one_that_no_digit_shows_is_n
     )
 
 
+def test_a_number_has_the_same_digits_in_a_row_and_in_its_sentence():
+    spread, alone = Estimate(0.36078, 0.3606, 0.3613), Estimate(0.35058, 0.35058, 0.35058)
+    row = Row("largest_error[m]", spread, alone, Estimate(-0.0102, -0.0107, -0.01))
+    assert row.texts[1:3] == ["360.8 [360.6, 361.3]\u00a0mm", "350.6\u00a0mm"]
+    assert move(row, alone=False) == " The mean largest error falls from 360.8 mm to 350.6 mm."
+
+
 def test_a_change_is_one_of_the_same_flights():
     """Search: what the answer says of random flights, some lost, holds for them; a fall is never by more than everything."""
     random, said = np.random.default_rng(3), 0
@@ -274,7 +281,7 @@ def test_a_change_is_one_of_the_same_flights():
         for sign, low, high in re.findall(r"position RMSE (falls|rises) from ([\d.]+ m?m) to ([\d.]+ m?m)", words):
             means = [values[ended == 10.0].mean() for values, ended in ((before, one), (after, other))]
             told = [float(text.split()[0]) * (1e-3 if text.endswith("mm") else 1.0) for text in (low, high)]
-            assert told == pytest.approx(means, rel=1e-2)
+            assert told == pytest.approx(means, rel=5e-2), "two digits at least"
             assert (sign == "falls") == (told[1] < told[0]) == bool((after - before)[through].mean() < 0.0)
             said += 1
     assert said > 200

@@ -90,8 +90,13 @@ def linear(axes: Axes, lines: Sequence[Numbers]) -> None:
     if high - low < STEADY * size:
         middle = 0.5 * (low + high)
         axes.set_ylim(middle - ROOM * size, middle + ROOM * size)
-    axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
-    axes.yaxis.set_major_formatter(plain())
+    ticked(axes.yaxis, 4)
+
+
+def ticked(axis: Axis, most: int) -> None:
+    """About so many steps, at round numbers as they are."""
+    axis.set_major_locator(MaxNLocator(most, steps=STEPS))
+    axis.set_major_formatter(plain())
 
 
 def logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:

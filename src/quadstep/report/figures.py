@@ -7,10 +7,9 @@ import numpy as np
 from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from quadstep.report.axes import GRID, STEADY, STEPS, linear, logarithmic, logarithmic_time, peaked, plain, signed_logarithmic
+from quadstep.report.axes import GRID, STEADY, linear, logarithmic, logarithmic_time, peaked, signed_logarithmic, ticked
 from quadstep.report.canvas import (
     BAND,
     BUCKETS,
@@ -89,8 +88,7 @@ def draw(
     if base is not None:
         lines = {key: values - base for key, values in lines.items()}
         name += f" − {base:g} {prose(panel.unit).strip('-')}".rstrip()
-    largest = max((float(np.abs(values).max()) for values in lines.values() if len(values)), default=0.0)
-    largest = max(largest, panel.reach)
+    largest = max([panel.reach, *(float(np.abs(values).max()) for values in lines.values() if len(values))])
     unit, factor = (prefixed if panel.unit == "-" else suited)(panel.unit, largest)
     lines = {key: factor * values for key, values in lines.items()}
     drawn = [values for values in lines.values() if len(values)]
@@ -114,8 +112,7 @@ def draw(
         linear(axes, drawn)
     space = "\n" if len(panel.label) + len(unit) > LONGEST_LABEL else " "
     axes.set_ylabel(name if unit == "-" else f"{name}{space}[{unit}]", parse_math=True)
-    names = legend(panel) if names is None else names
-    if not names:
+    if not (names := legend(panel) if names is None else names):
         return
     ncols = beside(axes.bbox.width / axes.figure.dpi, names)
     shown = axes.legend(
@@ -168,8 +165,7 @@ def picture(
     moments: Sequence[EventMark] = (),
 ) -> Figure:  # fmt: skip
     """The same figure for who draws it with settings of their own: it keeps the looks that it has here."""
-    sheet = Sheet()
-    with drawing(sheet):
+    with drawing(sheet := Sheet()):
         figure = laid_out(t, panels, columns, sheet, log_time, track, moments)
         figure.draw_without_rendering()  # makes the ticks, which take their looks from the settings of that moment
     return figure
@@ -218,8 +214,7 @@ def arranged(
         axes.set_xlabel("time [s]")
         axes.tick_params(labelbottom=True)
         if not log_time:
-            axes.xaxis.set_major_locator(MaxNLocator(8, steps=STEPS))
-            axes.xaxis.set_major_formatter(plain())
+            ticked(axes.xaxis, 8)
     for place, axes in enumerate(shown if above else []):
         mark(axes, moments, words=place % rows == 0)
     for axes in shown:
@@ -228,9 +223,8 @@ def arranged(
     return figure
 
 
-MOST_POINTS = 2000
-
 DISTANCE, SHORTER = "distance from the path", "distance from\nthe path"
+MOST_POINTS = 2000
 
 DECADES = 20.0
 """Ratio of the largest distance to the usual one above which its axis is logarithmic."""
@@ -255,8 +249,9 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet, moments: Se
     steep = len(seen) > 0 and distance.max() > DECADES * np.quantile(seen, 0.05)
     for style, (name, one) in zip(LINES, laid.items(), strict=False):
         drawn = one.distance > 0.0 if steep else np.ones(len(one.distance), bool)
-        called = name if len(laid) > 1 else None
-        errors.plot(*thin(t[: len(drawn)][drawn], factor * one.distance[drawn]), label=called, **style)
+        errors.plot(
+            *thin(t[: len(drawn)][drawn], factor * one.distance[drawn]), label=name if len(laid) > 1 else None, **style
+        )
     if steep:
         logarithmic(errors, [factor * distance[distance >= 0.5 * np.quantile(seen, 0.02)]])
     else:
@@ -265,8 +260,7 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet, moments: Se
     if track.begin > t[0]:
         errors.axvspan(t[0], min(track.begin, t[-1]), color="0.9", linewidth=0.0, zorder=0.1)
     errors.set_xlabel("time [s]")
-    errors.xaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
-    errors.xaxis.set_major_formatter(plain())
+    ticked(errors.xaxis, 5)
     mark(errors, moments)
     errors.set_ylabel(f"{DISTANCE if views else SHORTER} [{unit}]" if sheet.width is None else f"distance [{unit}]")
     low, high = track.view
@@ -277,9 +271,8 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet, moments: Se
         axes.set_box_aspect(1.0)
         axes.set_xlabel(f"{'xyz'[a]} [m]")
         axes.set_ylabel(f"{'xyz'[b]} [m]")
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_locator(MaxNLocator(5, steps=STEPS))
-            axis.set_major_formatter(plain())
+        ticked(axes.xaxis, 5)
+        ticked(axes.yaxis, 5)
     lines, names = (seen_from[0] if views else errors).get_legend_handles_labels()
     if narrow:
         seen_from[0].figure.legend(lines[::-1], names[::-1], loc="outside upper left", ncols=3)

@@ -115,6 +115,9 @@ def power_of_ten(exponent: int) -> str:
 DIGITS = 3
 """Of a number that comes without an interval."""
 
+ROUNDING = 1e-12
+"""Of a number, what sums of many flights may be off."""
+
 SEEN = 1e-3
 """An angle [rad]."""
 
@@ -206,20 +209,20 @@ def unit_suffix(unit: str) -> str:
 def digits_of(value: float, low: float, high: float) -> int:
     """As many as tell the ends of an interval apart, with one to spare, from two to six."""
     width = high - low
-    if not math.isfinite(width) or width <= 0.0 or not value or not math.isfinite(value):
+    if not math.isfinite(width) or width <= ROUNDING * abs(value) or not value or not math.isfinite(value):
         return DIGITS
     return min(6, max(2, math.floor(math.log10(abs(value))) - math.floor(math.log10(width / 3.0)) + 1))
 
 
-def interval(value: float, low: float, high: float, unit: str = "-", largest: float = 0.0) -> str:
+def interval(value: float, low: float, high: float, unit: str = "-", largest: float = 0.0, width: float = 0.0) -> str:
     """A number with its interval, unless that is the number alone, all in one unit and to digits that its width warrants.
-    largest: of what shares the unit, such as the rest of a row.
+    largest, width: of what shares the unit, such as the rest of a row, and of an interval there, for a number without one.
 
     >>> interval(0.01234, 0.0119, 0.0128, "m"), interval(0.524, 0.51, 0.54, "rad")
     ('12.3 [11.9, 12.8] mm', '30 [29, 31]°')
     """
-    text, below, above, unit = interval_texts(value, low, high, unit, largest)
-    if not (math.isnan(low) or math.isnan(high) or low == value == high):
+    text, below, above, unit = interval_texts(value, low, high, unit, largest, width)
+    if not (math.isnan(low) or math.isnan(high) or high - low <= ROUNDING * abs(value)):
         text = f"{text} [{below}, {above}]"
     return text + unit
 
@@ -236,28 +239,35 @@ def estimate(value: float, low: float, high: float, unit: str = "-") -> str:
 
 def in_one_unit(estimates: Sequence[tuple[float, float, float] | None], unit: str) -> list[str]:
     """Numbers with their intervals as a row has them: the unit suits the largest, as far as the others can be written in it; a
-    dash for what there is not, 0 for what only rounding leaves.
+    dash for what there is not, 0 for what only rounding leaves. A number without an interval is as precise as those with one.
 
     >>> in_one_unit([(0.2534, 0.246, 0.259), (4.4e-5, 4.2e-5, 4.7e-5), (2e-7, 1e-7, 3e-7), None], "m")
     ['253 [246, 259] mm', '0.044 [0.042, 0.047] mm', '0.20 [0.10, 0.30] µm', '–']
+    >>> in_one_unit([(0.36078, 0.36060, 0.36130), (0.36058, 0.36058, 0.36058)], "m")
+    ['360.8 [360.6, 361.3] mm', '360.6 mm']
     """
     largest = max((abs(one[0]) for one in estimates if one and math.isfinite(one[0])), default=0.0)
-    least = 1e-3 / suited(unit, largest)[1]
+    least, width = (
+        1e-3 / suited(unit, largest)[1],
+        max((one[2] - one[1] for one in estimates if one and one[2] > one[1]), default=0.0),
+    )
 
     def written(estimate: tuple[float, float, float]) -> str:
-        value, low, high = (0.0 if abs(one) < 1e-12 * largest else one for one in estimate)
-        return interval(value, low, high, unit, largest if abs(value) >= least else 0.0)
+        value, low, high = (0.0 if abs(one) < ROUNDING * largest else one for one in estimate)
+        return interval(value, low, high, unit, largest if abs(value) >= least else 0.0, width)
 
     return [written(one) if one else "–" for one in estimates]
 
 
-def interval_texts(value: float, low: float, high: float, unit: str, largest: float = 0.0) -> tuple[str, str, str, str]:
-    """A number and the ends of its interval with as many decimals, and the unit that follows them, if there is one. largest:
-    of what has the same unit beside it.
+def interval_texts(
+    value: float, low: float, high: float, unit: str, largest: float = 0.0, width: float = 0.0
+) -> tuple[str, str, str, str]:
+    """A number and the ends of its interval with as many decimals, and the unit that follows them, if there is one. largest,
+    width: as of `interval`.
     """
     ends = [abs(one) for one in (value, low, high) if math.isfinite(one)]
     unit, factor = suited(unit, largest or max(ends, default=0.0))
-    digits = digits_of(value, low, high)
+    digits = digits_of(value, low, high) if high > low else max(DIGITS, digits_of(value, value, value + width))
     largest = factor * max(ends, default=0.0)
     plain = 1e-3 <= largest < 1e6 and value
     places = max(0, digits - 1 - math.floor(math.log10(factor * abs(value)))) if plain and math.isfinite(value) else None

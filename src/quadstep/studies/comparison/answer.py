@@ -57,13 +57,13 @@ def answer(results: Comparison) -> str:
 
 def better(results: Comparison, situation: Situation, pair: Pair) -> str | None:
     """Who of a pair is better; None where neither is. Of flights that are all alike, whose number is smaller."""
-    ranked, cells = results.ranked[situation], {one.controller: one for one in results.of(situation)}
-    keys = {name: (median(results, cells[name]), ranked.ranks[name]) for name in pair[:2]}
-    one, other = sorted(pair[:2], key=lambda name: keys[name])
-    if ranked.copies:
-        return one if (1.0 + NEGLIGIBLE) * keys[one][0] < keys[other][0] else None
-    certain = pair.winner == one and pair.keeper != other and not negligible(results, situation, pair)
-    return one if certain and keys[one] < keys[other] else None
+    medians = {one.controller: median(results, one) for one in results.of(situation)}
+    if results.ranked[situation].copies:
+        one, other = sorted(pair[:2], key=lambda name: medians[name])
+        return one if (1.0 + NEGLIGIBLE) * medians[one] < medians[other] else None
+    if not (one := pair.winner) or pair.keeper == (other := pair.other(one)) or negligible(results, situation, pair):
+        return None
+    return one if medians[one] <= medians[other] else None
 
 
 def leaders(results: Comparison, situation: Situation) -> list[str]:

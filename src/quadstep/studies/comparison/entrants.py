@@ -12,13 +12,14 @@ from quadstep.io.documents import parse_json, read_json
 from quadstep.io.errors import MissingExtraError, UserError, errors_in
 from quadstep.io.parts import Parts
 from quadstep.io.user_code import in_one_line
+from quadstep.metrics.registry import EFFORTS
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import Graded
 from quadstep.studies.comparison import ranking, training
 from quadstep.studies.comparison.cells import ComparisonStudy, Situation
 from quadstep.studies.comparison.cost import Cost
 from quadstep.studies.comparison.jobs import Job, tuning
-from quadstep.studies.comparison.ranking import CellFlights, Effort, Ranked, Spread, effort, losses, spread
+from quadstep.studies.comparison.ranking import CellFlights, Effort, Ranked, Spread, losses, spread
 from quadstep.studies.comparison.robustness import Linear, Margin
 from quadstep.studies.comparison.schema import Content, ControllerEntry, MarginEntry
 
@@ -309,8 +310,8 @@ class Comparison(NamedTuple):
 def result(
     situation: Situation, controller: str, flown: CellFlights, metrics: Mapping[str, str], grade: Graded | None
 ) -> SituationResult:
-    spreads = {name: spread(flown, name) for name in metrics}
-    return SituationResult(situation, controller, len(flown.lost), losses(flown), spreads, effort(flown), grade)
+    spreads, effort = {name: spread(flown, name) for name in metrics}, Effort(*map(flown.mean, EFFORTS))
+    return SituationResult(situation, controller, len(flown.lost), losses(flown), spreads, effort, grade)
 
 
 def ranks(flown: Mapping[Situation, Mapping[str, CellFlights]], metric: str) -> dict[Situation, Ranked]:

@@ -1,4 +1,4 @@
-"""Which of several controllers is better in a situation, from the same flights of each: pairs, ranks, and what is decided.
+"""Which of several controllers is better in a situation, from the same flights of each: pairs, and what is decided.
 
 Every pair is tested by Wilcoxon's signed ranks (1945) of the flights' differences, a lost flight worse than any other, and by
 the exact test of McNemar (1947) of who loses which flights. All tests of one kind in a study are one family, whose p-values
@@ -56,6 +56,11 @@ class CellFlights(NamedTuple):
         """A metric in which a lost flight is worse than any other."""
         return np.where(self.lost, math.inf, self.metrics[name])
 
+    def mean(self, name: str) -> float:
+        """Of a metric over completed flights; NaN without any that has it."""
+        values = self.metrics[name][~self.lost] if name in self.metrics else np.zeros(0)
+        return float(values.mean()) if len(values) else math.nan
+
     def middle(self, name: str) -> int | None:
         """The place of the median flight; None where it is lost."""
         ranked = self.ranked(name)
@@ -80,19 +85,16 @@ class Effort(NamedTuple):
 
 
 def flown_of(table: pa.Table, campaign: Campaign) -> CellFlights:
-    lost = table[OUTCOME].to_numpy() != OUTCOMES[0]
-    metrics = {}
-    for name, full in campaign.thresholds.items():
-        values = np.array(table[full].to_numpy(zero_copy_only=False), dtype=np.float64)
-        lost = lost | ~np.isfinite(values)
-        metrics[name] = values
+    columns = {name: table[full].to_numpy(zero_copy_only=False) for name, full in campaign.thresholds.items()}
+    metrics = {name: np.array(one, dtype=np.float64) for name, one in columns.items()}
+    lost = np.any([table[OUTCOME].to_numpy() != OUTCOMES[0], *(~np.isfinite(one) for one in metrics.values())], axis=0)
     return CellFlights(lost, {name: np.where(lost, math.nan, values) for name, values in metrics.items()})
 
 
 def spread(flown: CellFlights, name: str) -> Spread:
-    values, ranked = flown.metrics[name][~flown.lost], [one.ranked(name) for one in flown.every]
+    ranked = [one.ranked(name) for one in flown.every]
     median, high = (hull([certain(one[0]) if flown.same else ordered_quantile(one, q) for one in ranked]) for q in (0.5, 0.95))
-    return Spread(float(values.mean()) if len(values) else math.nan, median, high)
+    return Spread(flown.mean(name), median, high)
 
 
 def losses(flown: CellFlights) -> Estimate:
@@ -109,16 +111,6 @@ def hull(estimates: Sequence[Estimate]) -> Estimate:
     """The first value, with an interval about those of all; unknown where one of them is."""
     low, high = np.array([one[1:] for one in estimates]).T
     return Estimate(estimates[0].value, float(low.min()), float(high.max()))
-
-
-def effort(flown: CellFlights) -> Effort:
-    """Means, where the vehicle's flights have them."""
-
-    def mean(name: str) -> float:
-        values = flown.metrics.get(name, np.zeros(0))[~flown.lost] if name in flown.metrics else np.zeros(0)
-        return float(values.mean()) if len(values) else math.nan
-
-    return Effort(mean("energy"), mean("rotor_activity"), mean("saturation"))
 
 
 ALPHA = 1.0 - LEVEL
@@ -164,11 +156,8 @@ class Pair(NamedTuple):
 
 
 class Ranked(NamedTuple):
-    """The controllers of a situation. ranks: mean over flights, 1 the best. copies: whether its flights do not differ, so that
-    nothing of them is statistical.
-    """
+    """The pairs of a situation. copies: whether its flights do not differ, so that nothing of them is statistical."""
 
-    ranks: dict[str, float]
     pairs: tuple[Pair, ...]
     copies: bool = False
 
@@ -180,15 +169,10 @@ def compare(flown: Mapping[str, CellFlights], metric: str) -> Ranked:
     """
     same, most = all(map(alike, flown.values())), max(len(one.lost) for one in flown.values())
     flown = {name: one.times(most) for name, one in flown.items()}
-    columns = {name: one.ranked(metric) for name, one in flown.items()}
-    table = np.stack(list(columns.values()), axis=1)
-    ranks = rankdata(table, axis=1).mean(axis=0)
     pairs = tuple(of_searches(one, other, flown[one], flown[other], metric) for one, other in combinations(flown, 2))
-    found = Ranked(dict(zip(flown, map(float, ranks), strict=True)), pairs)
     if not same or all(one.lost.all() for one in flown.values()):
-        return found
-    pairs = tuple(pair._replace(p=1.0, p_lost=1.0) for pair in pairs)
-    return found._replace(pairs=pairs, copies=True)
+        return Ranked(pairs)
+    return Ranked(tuple(pair._replace(p=1.0, p_lost=1.0) for pair in pairs), copies=True)
 
 
 def alike(flown: CellFlights) -> bool:
@@ -307,9 +291,6 @@ def flights_to_decide(pair: Pair, undecided: int) -> int | float:
 
 def holm(ps: Sequence[float]) -> list[float]:
     """Holm's step-down correction."""
-    order = sorted(range(len(ps)), key=lambda place: ps[place])
-    found, least = [0.0] * len(ps), 0.0
-    for done, place in enumerate(order):
-        least = max(least, min(1.0, (len(ps) - done) * ps[place]))
-        found[place] = least
-    return found
+    found, order = np.array(ps), np.argsort(ps, kind="stable")
+    found[order] = np.maximum.accumulate(np.minimum(1.0, np.arange(len(ps), 0, -1) * found[order]))
+    return list(map(float, found))

@@ -22,7 +22,7 @@ from quadstep.report.units import counted, listed
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.single_flight import replay
 from quadstep.studies.comparison import robustness, tables, words
-from quadstep.studies.comparison.answer import first, several
+from quadstep.studies.comparison.answer import first, leaders, median, several
 from quadstep.studies.comparison.cells import FIRST, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.jobs import Job
@@ -110,8 +110,7 @@ def evidence(
     for vehicle, figure in figures.items():
         text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), words.limit(results, vehicle))
         title = f"{', '.join([vehicle, *filter(None, results.shared[1:])]) + ': ' if vehicle else ''}{words.measured(results)}"
-        label = vehicle or "Missions"
-        (corner, *names), rows = tables.matrix(results, vehicle)
+        label, ((corner, *names), rows) = vehicle or "Missions", tables.matrix(results, vehicle)
         if many:  # controllers, who then have a row each
             names, rows = [row[0] for row in rows], [list(one) for one in zip(names, *(row[1:] for row in rows), strict=True)]
         sections.append(TableSection(label, identity(label, ()), (corner, *names), rows, text, shown=title))
@@ -252,7 +251,8 @@ def ghosts(results: Comparison, flights: Sequence[Job[StudyCell]]) -> Shown:
     links: list[tuple[str, str, str]] = []
     for vehicle in results.vehicles:
         situation = hardest(results, vehicle)
-        ranked = sorted(results.of(situation), key=lambda one: results.ranked[situation].ranks[one.controller])
+        lead = leaders(results, situation)
+        ranked = sorted(results.of(situation), key=lambda one: (one.controller not in lead, median(results, one)))
         jobs = {job.subject.controller: job for job in flights if job.subject.situation == situation}
         again = [one.controller for one in ranked if not jobs[one.controller].subject.law.one_at_a_time]
         names = again[: MOST_RIVALS + 1]

@@ -20,7 +20,6 @@ Row = dict[str, object]
 def cell_rows(results: Comparison) -> Iterator[Row]:
     """One row per cell, SI units; what is infinite (lost) or missing is None."""
     for one in results.results:
-        ranked = results.ranked[one.situation]
         row: Row = {**one.situation._asdict(), "controller": one.controller, "flights": one.flights}
         row |= {"lost_share": one.lost.value, "lost_low": one.lost.low, "lost_high": one.lost.high}
         for name, spread in one.spreads.items():
@@ -29,7 +28,6 @@ def cell_rows(results: Comparison) -> Iterator[Row]:
             for what, estimate in (("median", spread.median), ("p95", spread.high)):
                 row |= {f"{name}_{what}{unit}": estimate.value}
                 row |= {f"{name}_{what}_low{unit}": estimate.low, f"{name}_{what}_high{unit}": estimate.high}
-        row["rank"] = ranked.ranks[one.controller]
         graded = one.grade
         row |= {"grade": graded and graded.grade.value, "grade_reasons": "; ".join(graded.reasons) if graded else None}
         row |= dict(zip(("energy[J]", "rotor_activity[N/s]", "saturation"), one.effort, strict=True))
@@ -97,15 +95,14 @@ def full_rows(results: Comparison, vehicle: str) -> tuple[list[str], list[list[s
     rows = []
     for one in results.results:
         if one.situation.vehicle == vehicle:
-            rank = results.ranked[one.situation].ranks[one.controller]
-            row = [results.place(one.situation), one.controller, f"{rank:.2f}", percent(*one.lost)]
+            row = [results.place(one.situation), one.controller, percent(*one.lost)]
             row.append(", ".join(one.grade.labels or [one.grade.grade]) if one.grade else NOTHING)
             for name in results.metrics:
                 spread, factor = one.spreads[name], unit_of(results, name).factor
                 mean = number(factor * spread.mean) if math.isfinite(spread.mean) else NOTHING
                 row += [interval_text(spread.median, factor), interval_text(spread.high, factor), mean]
             rows.append(row)
-    return ["situation", results.kind, "rank", "lost", "median flight", *names], rows
+    return ["situation", results.kind, "lost", "median flight", *names], rows
 
 
 def effort_rows(results: Comparison, vehicle: str) -> list[list[str]]:

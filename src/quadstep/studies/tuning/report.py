@@ -1,6 +1,7 @@
 """report.html of a tuning run: its gains, what they are worth, and what the search was."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -247,9 +248,7 @@ def moved(one: Row, alone: bool) -> str:
         or sign * (one.tuned.value - one.present.value) <= 0.0
     ):
         return ""
-    words, unit = units.metric(one.name)
-    both = units.in_one_unit([(each.value, math.nan, math.nan) for each in (one.present, one.tuned)], unit)
-    before, after = (each.replace("\N{NO-BREAK SPACE}", " ") for each in both)
+    words, before, after, _ = (re.sub(r" \[.*\]", "", each).replace("\N{NO-BREAK SPACE}", " ") for each in one.texts)
     return f"{words} {'rises' if sign > 0 else 'falls'} from {before} to {after}" if before != after else ""
 
 
