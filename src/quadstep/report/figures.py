@@ -33,7 +33,7 @@ Numbers = NDArray[np.float64]
 LONGEST_LABEL = 18
 """Letters of a quantity and its unit that are as long as a panel is high: of more, the unit has a line of its own."""
 
-FLOWN, DESIRED, TOGETHER, BEFORE, AFTER = "flown", "desired", "sum", "current gains", "tuned gains"
+FLOWN, DESIRED, TOGETHER, BEFORE, AFTER = "flown", "desired", "sum", "current", "tuned"
 
 NAMES = 4
 """Most names of a legend beside one another."""
@@ -234,7 +234,8 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet, moments: Se
     views = track.views
     narrow = bool(views) and sheet.side_by_side(1 + len(views), 2.2) < 1 + len(views)
     width = (PHONE, 6.8, COLUMN)[len(views)]
-    free, least = (0.24, 2.4) if views else (0.03, 1.7)  # above the axes
+    second = 0.18 if views and track.before is not None else 0.0  # row of the legend
+    free, least = (0.24 + second, 2.4 + second) if views else (0.03, 1.7)  # above the axes
     across = (width - 0.94) / (1.0 + 1.5 * len(views))
     more = max(0.0, ROW / 72.0 * rows_above(moments, float(t[0]), float(t[-1]), across) - free)
     tall = least + more
@@ -278,7 +279,7 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet, moments: Se
         seen_from[0].figure.legend(lines[::-1], names[::-1], loc="outside upper left", ncols=3)
     elif views or len(laid) > 1:
         axes = seen_from[0] if views else errors
-        axes.legend(lines[::-1], names[::-1], loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.1)
+        axes.legend(lines[::-1], names[::-1], loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
     return figure
 
 

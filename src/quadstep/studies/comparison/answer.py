@@ -59,8 +59,8 @@ def better(results: Comparison, situation: Situation, pair: Pair) -> str | None:
     """Who of a pair is better; None where neither is. Of flights that are all alike, whose number is smaller."""
     medians = {one.controller: median(results, one) for one in results.of(situation)}
     if results.ranked[situation].copies:
-        one, other = sorted(pair[:2], key=lambda name: medians[name])
-        return one if (1.0 + NEGLIGIBLE) * medians[one] < medians[other] else None
+        low, high = sorted(pair[:2], key=lambda name: medians[name])
+        return low if (1.0 + NEGLIGIBLE) * medians[low] < medians[high] else None
     if not (one := pair.winner) or pair.keeper == (other := pair.other(one)) or negligible(results, situation, pair):
         return None
     return one if medians[one] <= medians[other] else None

@@ -5,7 +5,7 @@ import itertools
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -202,17 +202,19 @@ def concluded(
     run.work("grading", again)
     run.work("linearising and costing", asked)
 
+    def linear(content: dict[str, Any]) -> Linear:
+        return Linear(**content)
+
     grades = {(one.subject.situation, one.subject.controller): run.read(one, graded) for one in again}
     every = {(place, name): one for place, many in flown.items() for name, one in many.items()}
     grades |= {cell: Graded(FlightGrade.LOST) for cell, one in every.items() if one.middle(about.metric) is None}
-    loops = {one.controller: run.read(one, lambda content: Linear(**content)) for one in asked if one.kind == LINEAR}
     found = about._replace(
         seeds=max(job.flights for job in flights),
         results=tuple(result(*cell, one, about.metrics, grades.get(cell)) for cell, one in every.items()),
         ranked=ranks(flown, about.metric),
         limits=large_errors([(one.subject.situation, run.read(one, error_limit) or 0.0) for one in again]),
         costs={one.controller: price for one in asked if one.kind == COSTS and (price := run.read(one, cost.from_json))},
-        linear={who: loop for who, loop in loops.items() if loop},
+        linear={one.controller: loop for one in asked if one.kind == LINEAR and (loop := run.read(one, linear))},
         problems=tuple(run.problems),
         left_out=(*about.left_out, *unpaired(flights)),
     )

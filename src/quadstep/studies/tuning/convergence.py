@@ -21,17 +21,14 @@ from quadstep.studies.tuning.search import Candidate, SearchResult
 MOST_TOLD = 400
 """Candidates of a kind that a report's reader can point at."""
 
-LEGEND_ROW = 0.18
-"""Height of a legend's row [in]."""
+LEGEND_ROWS = 0.54
+"""Height of a legend's three rows [in]."""
 
 
 def draw_search(path: Path, request: TuningRequest, result: SearchResult, compared: Compared, sheet: Sheet) -> Figure:
     """Write `path` in the sheet's formats; gives it with its caption."""
-    rows = 3 if sheet.width is not None else 2  # of a legend, at most
-    height = 2.9 + LEGEND_ROW * rows
-    with figure_at(
-        path, sheet, (PHONE, height), 0.14, 0.48 / height, 0.985, 1.0 - (0.14 + LEGEND_ROW * rows) / height
-    ) as figure:
+    height = 2.9 + LEGEND_ROWS
+    with figure_at(path, sheet, (PHONE, height), 0.14, 0.48 / height, 0.985, 1.0 - (0.14 + LEGEND_ROWS) / height) as figure:
         axes = figure.subplots()
         draw_objective(axes, request, result)
         names = axes.get_legend_handles_labels()[1]
