@@ -42,6 +42,7 @@ duration = 2.0
 wind.mean.0 = {{ type = "normal", mean = 9.0, deviation = 5.0 }}
 [failure]
 largest_error = 0.2
+position_rmse = 0.19
 """
 
 
@@ -75,6 +76,8 @@ def assert_flown_as_by_the_campaign(page, path):
     failures = int((~success).sum())
     assert lost.sum() < failures == ours["failures"]
     assert page.locator("#rate-words b").inner_text().startswith(f"{failures} of {FLIGHTS} flights fail: ")
+    drawn = [one.get_attribute("aria-label") for one in page.locator("#rate canvas").all()]
+    assert [label.split(" of ")[1] for label in drawn] == ["the largest error", "the position RMSE"]
 
 
 @needs(CHROMIUM)

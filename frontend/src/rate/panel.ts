@@ -13,6 +13,8 @@ import { exactShare, shareDifference } from "./interval";
 import { Tally } from "./judge";
 import { Pool, type Setting } from "./pool";
 
+type Metric = keyof Rate["failure"];
+const NAMES: Record<Metric, string> = { largest_error: "largest error", position_rmse: "position RMSE" };
 const BINS = 48;
 const HEIGHT = 120; // px
 
@@ -25,17 +27,18 @@ export class RatePanel {
   private usual: readonly number[] = [];
   private own: Inputs | undefined; // as the file has it
   private before: Tally | undefined; // its flights
-  private most = 0; // the histogram's right end
+  private readonly most = new Map<Metric, number>(); // the right end of each histogram
   private readonly words = h("p", { id: "rate-words" });
-  private readonly canvas = h("canvas", { role: "img" });
+  private readonly pictures = h("div"); // a histogram for each metric with a limit
   private readonly note = h("p", { class: "note" });
+  private histograms = new Map<Metric, HTMLCanvasElement>();
   private drawing = 0;
 
   constructor(
     private readonly page: PageData,
     session: Session,
   ) {
-    fill(byId("rate"), h("h3", {}, "How often does it fail?"), this.words, this.canvas, this.note);
+    fill(byId("rate"), h("h3", {}, "How often does it fail?"), this.words, this.pictures, this.note);
     session.shown.watch((shown) => shown && this.follow(shown));
     palette.follow(() => this.request());
     new ResizeObserver(() => this.request()).observe(byId("rate"));
@@ -48,7 +51,7 @@ export class RatePanel {
     byId("rate").hidden = !rate;
     if (!rate || !pool) return;
     const setting = this.setting(shown, rate);
-    this.note.hidden = this.canvas.hidden = setting === undefined;
+    this.note.hidden = this.pictures.hidden = setting === undefined;
     if (!setting) {
       pool.fly(this.tally = undefined);
       this.words.textContent = `The campaign ${rate.keys.length ? `varies ${rate.keys.join("; ")} itself and ` : ""}flies the mission’s controller; restore ${rate.keys.length ? "both" : "it"} to see the failure rate.`;
@@ -65,7 +68,10 @@ export class RatePanel {
     this.flight = data.id;
     this.from = data.summary.since > 0 ? ` from ${plain(data.summary.since)}\u00a0s on` : "";
     this.rate = data.rate ?? undefined;
-    this.most = 0;
+    this.most.clear();
+    const limited = Object.keys(this.rate?.failure ?? {}) as Metric[];
+    this.histograms = new Map((limited.length ? limited : ["largest_error" as const]).map((metric) => [metric, h("canvas", { role: "img" })]));
+    fill(this.pictures, ...this.histograms.values());
     this.pool = data.rate ? new Pool(data, data.rate, (done) => {
       this.tally?.add(done);
       this.request();
@@ -95,25 +101,24 @@ export class RatePanel {
     const { tally, rate } = this;
     if (!tally || !rate) return;
     if (tally.flown) this.words.replaceChildren(...sentence(tally, rate, this.from), ...(this.before === tally ? [] : paired(tally, this.before)));
-    this.note.textContent = `${Object.keys(rate.failure).length ? "A flight fails if it is lost or leaves these bounds" : "A flight fails if it is lost"}. ${rate.keys.length ? `Varied from flight to flight: ${rate.keys.join("; ")}. ` : ""}${tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`}`;
-    this.histogram(tally, rate);
+    this.note.textContent = `${rate.keys.length ? `Varied from flight to flight: ${rate.keys.join("; ")}. ` : ""}${tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`}`;
+    for (const [metric, canvas] of this.histograms) this.histogram(metric, canvas, tally, rate);
   }
 
-  private histogram(tally: Tally, rate: Rate): void {
-    const name = Object.keys(rate.failure)[0] as keyof Rate["failure"] | undefined;
-    const metric = name ?? "largest_error";
+  private histogram(metric: Metric, canvas: HTMLCanvasElement, tally: Tally, rate: Rate): void {
+    const name = `${NAMES[metric]}${this.from}`;
     const limit = rate.failure[metric];
     const kept = tally[metric].filter((value, i) => tally.code[i] === 0 && Number.isFinite(value));
-    if (!this.most && tally.done) this.most = roundUp(Math.max(...kept, limit ? 1.6 * limit : 0));
-    const most = this.most || roundUp(Math.max(...kept, limit ? 1.6 * limit : 0)) || 1;
+    const most = this.most.get(metric) || roundUp(Math.max(...kept, limit ? 1.6 * limit : 0)) || 1;
+    if (tally.done && kept.length) this.most.set(metric, most);
     const counts = new Array<number>(BINS).fill(0);
     for (const value of kept) counts[Math.min(Math.floor((value / most) * BINS), BINS - 1)]!++;
     const lost = tally.code.filter((code) => code > 0).length;
-    const width = this.canvas.parentElement?.clientWidth ?? 0;
-    const pen = this.canvas.getContext("2d");
+    const width = canvas.parentElement?.clientWidth ?? 0;
+    const pen = canvas.getContext("2d");
     if (!pen || !width) return;
-    this.canvas.style.height = `${HEIGHT}px`;
-    [this.canvas.width, this.canvas.height] = [Math.round(width * devicePixelRatio), Math.round(HEIGHT * devicePixelRatio)];
+    canvas.style.height = `${HEIGHT}px`;
+    [canvas.width, canvas.height] = [Math.round(width * devicePixelRatio), Math.round(HEIGHT * devicePixelRatio)];
     pen.scale(devicePixelRatio, devicePixelRatio);
     const surface = new CanvasSurface(pen);
     const colours = palette.value;
@@ -137,9 +142,9 @@ export class RatePanel {
     surface.polyline([6, top + 0.5, right, top + 0.5], { colour: colours.line, width: 1, dash: [2, 3] });
     surface.text(6, 8, `${tallest} flight${tallest === 1 ? "" : "s"}`, { ...small, align: "left" });
     for (const value of marks(0, most, right / 70)) surface.text(x(value), floor + 11, plain(value), small);
-    surface.text((6 + right) / 2, floor + 26, `${metric === "largest_error" ? "largest error" : "position RMSE"}${this.from} [m]`, small);
+    surface.text((6 + right) / 2, floor + 26, `${name} [m]`, small);
     surface.text(right + 25, floor + 11, "lost", small);
-    this.canvas.setAttribute("aria-label", `Histogram of the ${metric === "largest_error" ? "largest error" : "position RMSE"}${this.from} of ${kept.length} completed flights; ${lost} were lost.`);
+    canvas.setAttribute("aria-label", `Histogram of the ${name} of ${kept.length} completed flights; ${lost} were lost.`);
   }
 }
 
@@ -155,7 +160,7 @@ function sentence(tally: Tally, rate: Rate, from: string): Node[] {
   const { failures, flown } = tally;
   const { value, low, high } = exactShare(failures, flown);
   const percent = (share: number): string => `${number(100 * share, 3)}\u00a0%`;
-  const bounds = Object.entries(rate.failure).map(([name, most]) => `${name === "largest_error" ? "largest error" : "position RMSE"}${from} exceeds ${quantity(most, "m")}`);
+  const bounds = Object.entries(rate.failure).map(([name, most]) => `${NAMES[name as Metric]}${from} exceeds ${quantity(most, "m")}`);
   const strong = h("b", {}, `${failures} of ${flown} flights fail: ${percent(value)}`);
   return [strong, document.createTextNode(` (95 % interval ${percent(low)} to ${percent(high)}). A flight fails if it is lost${bounds.map((bound) => `, or if its ${bound}`).join("")}.`)];
 }
