@@ -96,15 +96,16 @@ def test_each_margin_is_held_against_its_limit(analysis):
 
 def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis):
     gain, phase, delay = graded(analysis).measures
-    assert worst.finding(graded(analysis)) == (
-        "The loop is stable, but without enough margin: what limits it is the phase margin, "
-        f"{math.degrees(phase.value):.1f}° ({phase.channel}), where a sound loop has at least 30.0°. "
+    assert worst.finding(analysis) == (
+        "The loop is stable, but without enough margin (fragile): what limits it is the phase margin, "
+        f"{math.degrees(phase.value):.1f}° ({phase.channel}), where a sound loop has at least 30.0°. Smallest gain margin "
+        f"{gain.value:.1f} dB ({gain.channel}), delay margin {1e3 * delay.value:.1f} ms ({delay.channel})."
     )
     asked = analysis._replace(limits=MarginLimits(0.9 * gain.value, 0.0, 0.0))
-    assert worst.finding(graded(asked)).startswith(
-        "The loop is stable, with enough margin: what limits it is the gain margin, "
+    assert worst.finding(asked).startswith(
+        "The loop is stable, with enough margin (sound): what limits it is the gain margin, "
     )
-    assert worst.finding(graded(analysis._replace(limits=MarginLimits(0.0, 0.0, 0.0)))) == ""
+    assert worst.finding(analysis._replace(limits=MarginLimits(0.0, 0.0, 0.0))).startswith("Sound: smallest gain margin ")
     assert sentences(analysis)[0] == (
         f"Fragile: phase margin {math.degrees(phase.value):.1f}° in {phase.channel} (less than 30.0°); smallest gain margin "
         f"{gain.value:.1f} dB ({gain.channel}), delay margin {1e3 * delay.value:.1f} ms ({delay.channel})."

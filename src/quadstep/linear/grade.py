@@ -13,7 +13,7 @@ code; margins are also metrics of a mission, finite numbers that can be compared
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple, cast
 
@@ -83,18 +83,22 @@ def graded(analysis: Analysis) -> Grade:
     if analysis.not_held:
         return Grade(UNSTABLE, f"it does not hold {', '.join(analysis.not_held)}; a deviation there never decays")
     measures = least_of(analysis)
-    short = [one for one in measures if not one.met]
+    return Grade(SOUND if all(one.met for one in measures) else FRAGILE, explained(analysis, measures), measures)
+
+
+def explained(analysis: Analysis, measures: Sequence[Measure]) -> str:
+    """These margins of a stable loop in words, those that are too small first, and what else is to be known of it."""
+    missed = " and ".join(
+        f"{one.what} margin {one.text(one.value)} in {one.channel} (less than {one.text(one.limit)})"
+        for one in measures
+        if not one.met
+    )
     said = ", ".join(f"{one.what} margin {one.text(one.value)}{where(one)}" for one in measures if one.met)
     said = f"smallest {said}" if said else ""
     if analysis.aside >= LEAST_ASIDE:
         said += f"{'; ' * bool(said)}it rests {quantity(analysis.aside, 'm')} from where the path begins"
     said += f"{'; ' * bool(said)}events are ignored" if analysis.eventful else ""
-    if not short:
-        return Grade(SOUND, said, measures)
-    missed = " and ".join(
-        f"{one.what} margin {one.text(one.value)} in {one.channel} (less than {one.text(one.limit)})" for one in short
-    )
-    return Grade(FRAGILE, f"{missed}; {said}" if said else missed, measures)
+    return "; ".join(filter(None, (missed, said)))
 
 
 def where(one: Measure) -> str:

@@ -143,9 +143,9 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     """
     found = studied.analysis
     moves = steps(studied.rest.period, found.poles) if found.stable else []
-    opening = "" if but else worst.finding(graded(found))
     first, *others = tables.sentences(found, but)
-    said = [f"{opening}{first}", *others, *([] if found.stable else [flown_from_rest(mission)]), *for_latency(mission)]
+    opening = first if but else worst.finding(found)
+    said = [opening, *others, *([] if found.stable else [flown_from_rest(mission)]), *for_latency(mission)]
     about = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
     poles = TableSection(
         "Poles",

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from quadstep.linear.analysis import Analysis, least
-from quadstep.linear.grade import FRAGILE, UNKNOWN, UNSTABLE, Grade, graded
+from quadstep.linear.grade import FRAGILE, UNKNOWN, UNSTABLE, explained, graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.tables import decibels, number
 from quadstep.metrics.registry import SOUND
@@ -48,16 +48,18 @@ class LeastMargin(NamedTuple):
     where: str
 
 
-def finding(grade: Grade) -> str:
-    """Whether the margins are enough, and which one limits the loop, as a sentence and a blank; empty where none is asked."""
+def finding(analysis: Analysis) -> str:
+    """The grade, which margin limits the loop, and then the others, in sentences; where none is asked, the grade alone."""
+    grade = graded(analysis)
     asked = [one for one in grade.measures if one.limit > 0.0 and math.isfinite(one.value)]
     if not asked:
-        return ""
-    least, enough = min(asked, key=lambda one: one.value / one.limit), all(one.met for one in grade.measures)
+        return grade.sentence
+    least = min(asked, key=lambda one: one.value / one.limit)
+    others = explained(analysis, [one for one in grade.measures if one is not least])
     return (
-        f"The loop is stable, {'with enough margin' if enough else 'but without enough margin'}: what limits it is the "
-        f"{least.what} margin, {least.text(least.value)} ({least.channel}), where a sound loop has at least "
-        f"{least.text(least.limit)}. "
+        f"The loop is stable, {'with' if grade.word == SOUND else 'but without'} enough margin ({grade.word}): what limits it "
+        f"is the {least.what} margin, {least.text(least.value)} ({least.channel}), where a sound loop has at least "
+        f"{least.text(least.limit)}. {others[0].upper()}{others[1:]}."
     )
 
 

@@ -110,7 +110,7 @@ def prove_mission(
     away = off_path(off, SAMPLES, result.boxes, position)  # as the check of the certificate has it
     names = plan.loop.plant.axes
     says = [
-        f"proved: {tube_sentence(loop.samples * loop.period, unknown, names, away, f'{len(flown):,} samples')}",
+        f"proved: {tube_sentence(loop.samples * loop.period, unknown, names, away, f'{len(flown):,} samples', why)}",
         *scale(plan, unknown),
         *not_for_ever(why),
     ]
@@ -119,9 +119,11 @@ def prove_mission(
     )
 
 
-def tube_sentence(seconds: float, unknown: Unknown, axes: Sequence[str], away: Array, samples: str) -> str:
+def tube_sentence(seconds: float, unknown: Unknown, axes: Sequence[str], away: Array, samples: str, why: str = "") -> str:
+    """why: hover was not shown to hold for all time, if that was tried."""
     near, given = within(axes, away.tolist()), under(unknown).rstrip(",")
-    return f"{given}, the vehicle stays within {near} of its path at all {samples} of the {seconds:g} s flight."
+    after = "; what follows them is undecided" * bool(why)
+    return f"{given}, the vehicle stays within {near} of its path at all {samples} of the {seconds:g} s flight{after}."
 
 
 def settings(loop: SampledLoop, unknown: Unknown, sets: str) -> list[list[str]]:
@@ -184,7 +186,7 @@ def path_samples(loop: SampledLoop, count: int) -> Array:
 
 def not_for_ever(why: str) -> list[str]:
     """The note that hover was not shown to hold for all time, if that was tried."""
-    return [f"undecided: no set was found that hover never leaves: {why}."] if why else []
+    return [f"undecided: no set was found that hover never leaves after the flight: {why}."] if why else []
 
 
 def still_open(
@@ -214,7 +216,8 @@ def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> Pro
         f"disproved: hover at the path's end ({place}) m is unstable: starts arbitrarily near to it are driven away, the "
         f"fastest error doubling every {doubling}. It is an exact equilibrium of the sampled loop, and {growth.unstable} of "
         f"the {growth.states} eigenvalues of its Jacobian lie outside the unit circle, the law taken in exact arithmetic. The "
-        f"fastest error grows at {rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s.",
+        f"fastest error grows at {rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s. `fly` and "
+        "`linear` judge rest where the path begins, where a deviation may grow at another rate.",
         *consequence(plan),
         flight_says(log),
     ]
