@@ -270,8 +270,9 @@ class Mission(Section, metaclass=MissionMeta):
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
         seen = seen_moments(log, self.moments)
-        first, *more = [job._replace(moments=seen) for job in flight_jobs(log, self.name, self.plant.efforts)]
-        return [first._replace(caption=f"{first.caption}{of_marks(seen)}"), *more]
+        jobs = flight_jobs(log, self.name, self.plant.efforts)
+        said = [of_marks(seen), *[""] * len(jobs)]  # once
+        return [job._replace(moments=seen, caption=f"{job.caption}{more}") for job, more in zip(jobs, said, strict=False)]
 
     def plan(self, folder: Path | None = None, warn: bool = True, drawn: bool = False) -> FlightPlan:
         """The flight this mission describes, as laws and numbers. Raises UserError.
