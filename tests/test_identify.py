@@ -405,7 +405,7 @@ def test_the_report_says_what_was_found_and_what_is_left(tmp_path, flights, trut
         "the reason",
         "no flight was held out",
         "made0",
-        "residual, 1 ahead",
+        "residual, 1 sample ahead",
         "real and simulated position",
     ):
         assert words in text, words

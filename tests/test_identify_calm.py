@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from quadstep.commands.identify import read_logs
-from quadstep.identify.assumed import by_rotors
 from quadstep.identify.averages import blocks
-from quadstep.identify.fit import UNDETERMINED, WINDY, Fitted, Identified, identify
+from quadstep.identify.fit import UNDETERMINED, WINDY, Fitted, Identified, by_rotors, identify
 from quadstep.identify.flown_setpoints import hover_ratio
 from quadstep.identify.guesses import from_averages
 from quadstep.identify.intervals import AVERAGED, DYNAMIC, noise_bias
@@ -295,7 +294,7 @@ def test_numbers_of_the_starting_vehicle_outside_the_intervals_are_marked_and_un
     assert [row[:5] for row in alone.rows] == [
         ("rotor rise time [ms]", "39", "30 to 71", "72.0, outside", "barely"),
         ("command delay [ms]", "12", "6 to 19", "–", "barely"),
-        ("centre of gravity along y [mm]", "−0.78", "−3.00 to 1.60", "–", "sign unknown"),
+        ("centre of gravity along y [mm]", "−0.78", "−3.00 to 1.60", "–", "sign\u00a0unknown"),
     ]
     assert scaled.rows[0][2:] == ("−41 to +50 %", "1.68 × 10⁻⁵, outside", "roughly", "m")
     assert scaled.rows[1][3:5] == ("1.68 × 10⁻⁵", "well")

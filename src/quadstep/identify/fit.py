@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.assumed import REFITTED, SHORT_WEIGHTS, UNSURE, by_rotors, by_yaw_inertia
 from quadstep.identify.averages import AverageEstimate, HalfSeconds
 from quadstep.identify.guesses import LONG, SHORT, SURE, first_guess, from_averages, limits_guess, priors, problem_of
 from quadstep.identify.intervals import (
@@ -14,7 +13,9 @@ from quadstep.identify.intervals import (
     DYNAMIC,
     FROM_AVERAGES,
     IN_STEP,
+    UNKNOWN_EXPONENT,
     StandardErrors,
+    by_structure,
     noise_bias,
     part_of_row,
     standard_errors,
@@ -30,12 +31,22 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import vector
 from quadstep.vehicle.airframe_plant import Observer
 
+SHORT_WEIGHTS = ErrorWeights(np.array([1.0, 1.0]), np.array([0.1, 0.3, 0.3, 3.0]))
 LONG_WEIGHTS = ErrorWeights(np.array([1.0, 0.7, 1.0, 0.7, 1.0]), np.array([0.3, 1.0, 1.0, 2.0]))
-"""Weights of horizons, and of position, velocity, attitude, rates; of the vehicle's fit in `assumed.py`."""
+"""Weights of horizons, and of position, velocity, attitude, rates."""
 
+
+UNSURE = math.log(2.0)
+"""Half of a logarithm's interval from which on a parameter counts as undetermined."""
 
 UNSURE_SCALES = 25.0
 """The same for other parameters, in their scales."""
+
+REFITTED = 6
+"""Most steps of a search for the other parameters once those that are not determined are back at their values."""
+
+MOST_DELAY = 0.02
+"""Largest half of the delay's interval within which numbers from averages are tried [s]."""
 
 UNDETERMINED = "not determined by these flights"
 WINDY = "a light wind would make the vehicle lean in the same way; turn it in flight, or pass --still-air if there was no wind"
@@ -204,6 +215,43 @@ def below(share: float) -> float:
     return -math.log1p(-min(share, 0.999))
 
 
+def by_rotors(
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, every: Sequence[Free], halves: Floats
+) -> dict[str, float]:
+    """By how much numbers from averages move, on the search's scale, within the intervals of the rotors' lag and delay, of the
+    command's exponent where flights do not determine it (at another one the same hover has another full speed), and between
+    structures that the flights do not tell apart.
+
+    Averages take the commands as the rotors follow them, so that where the vehicle wobbles, what is not known of the lag is
+    not known of the thrust's curve either.
+    """
+    keys = [one.key for one in every]
+    lag, delay = (float(halves[keys.index(key)]) for key in ("rotor.rise_time", "command.delay"))
+    rise, late = float(p.airframe.rotor.rise), float(p.curve.delay)
+    factor = math.exp(min(lag, UNSURE))
+    others: list[dict[str, float]] = [
+        dict.fromkeys(("airframe.rotor.rise", "airframe.rotor.fall"), rise * factor),
+        dict.fromkeys(("airframe.rotor.rise", "airframe.rotor.fall"), rise / factor),
+        {"curve.delay": late + min(delay, MOST_DELAY)},
+        {"curve.delay": max(late - delay, 0.0)},
+    ]
+    bent = math.exp(2.0 * UNKNOWN_EXPONENT)
+    others += [{"curve.exponent": float(p.curve.exponent) * factor} for factor in (bent, 1.0 / bent)]
+    (_, base, _, block), *rest = (from_averages(flights, vehicle, with_values(p, one)) for one in ({}, *others))
+    moved = [one[1] for one in rest]
+    apart = by_structure(block, p, base, vehicle.geometry(), flights[0].speeds) if block else {}
+    told_exponent = "command.exponent" in base or flights[0].speeds
+    linear = [one.key for one in every if not one.logarithmic]
+    found: dict[str, float] = {}
+    for key, told in base.items():
+        shifts = [abs(one[key].value - told.value) if key in one else 0.0 for one in moved]
+        by_lag, by_delay, by_bend = max(shifts[:2]), max(shifts[2:4]), 0.0 if told_exponent else max(shifts[4:])
+        found[key] = (math.hypot(by_lag, by_delay, by_bend) + apart[key]) / (
+            1.0 if key in linear else max(abs(told.value), 1e-300)
+        )
+    return found
+
+
 def fitted_numbers(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], prior: Prior,
     told: dict[str, AverageEstimate], block: HalfSeconds | None, still: bool,
@@ -219,7 +267,6 @@ def fitted_numbers(
     found = standard_errors(around, prior, sure, told, here, block, there, p, vehicle.geometry(), flights[0].speeds)
     halves = found.halves(in_step(every, point, found, told))
     halves += noise_bias(flights, vehicle.geometry(), every)
-    halves[: len(free)] += by_yaw_inertia(flights, vehicle, p, free, prior)
     moved = by_rotors(flights, vehicle, p, every, halves) if told else {}
     lean = 0.0 if still or block is None else wind_lean(block)
     levers = lean * float(p.airframe.drag.flapping / p.airframe.drag.rotor[0])  # of the torque of the wind that leans it

@@ -20,7 +20,7 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.fields import plain
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Table, Vector
-from quadstep.report.units import counted, number
+from quadstep.report.units import number
 from quadstep.vehicle.rigid_body import AirframeState
 from quadstep.world.paths import SetpointParameters, Setpoints
 
@@ -32,8 +32,8 @@ INTEGRAL = 4.0 / 3.0
 """I gain of the body rates over their P gain [1/s]: PX4's defaults (0.2 over 0.15); ArduPilot's are 1, the Crazyflie's 2."""
 PARTS = 3
 """Of a flight, of each of which the thrust is judged: a battery that sags shows."""
-LIKE, TURNS = 2.0, 1.5
-"""Ratios of RMS errors, and of mean rates, beyond which a simulated flight is far from the real one, or below the inverse."""
+FAR = {"rmse": (2.0, "have {} times the real RMS error"), "rate": (1.5, "turn {} times as fast as the real ones (mean rate)")}
+"""Ratio of a number of `Tracking` beyond which, or below its inverse, simulated flights are far from real ones; in words."""
 WRONG = 0.05
 """Share of the thrust needed from which on that modelled is called wrong."""
 
@@ -194,33 +194,19 @@ def compare_flights(flight: FlightRecord, part: slice, log: FlightLog) -> Flight
     return FlightComparison(flight.name, real, simulated, time[kept], goal[kept], place[kept], flown, lost)
 
 
-def ratios(comparisons: Sequence[FlightComparison]) -> tuple[Floats, Floats]:
-    """RMS error and mean rate of the simulated flights that were not lost, over the real ones'."""
-    both = [(one.simulated, one.real) for one in comparisons if not one.lost]
-    found = np.array([(made.rmse / real.rmse, made.rate / real.rate) for made, real in both]).reshape(-1, 2)
-    return found[:, 0], found[:, 1]
+def ratios(comparisons: Sequence[FlightComparison], name: str) -> list[float]:
+    """What the simulated flights that were not lost have of something, over what the real ones have, in order."""
+    return sorted(getattr(one.simulated, name) / getattr(one.real, name) for one in comparisons if not one.lost)
 
 
-def of_turning(comparisons: Sequence[FlightComparison]) -> str:
-    """By how much simulated flights turn more or less than the real ones, if that is much."""
-    _, rates = ratios(comparisons)
-    if not len(rates) or (rates.max() <= TURNS and rates.min() >= 1.0 / TURNS):
-        return ""
-    return f"simulated flights turn {span(rates)} times as fast as the real ones (mean rate)"
-
-
-def span(values: Floats) -> str:
-    """The least and the largest."""
-    return " to ".join(dict.fromkeys(number(float(one), 2) for one in (values.min(), values.max())))
-
-
-def unlike(comparisons: Sequence[FlightComparison]) -> list[str]:
-    """In what simulated flights are far from the real ones, in clauses."""
-    lost, (errors, _), turning = sum(bool(one.lost) for one in comparisons), ratios(comparisons), of_turning(comparisons)
-    found = [f"{lost} of {counted(len(comparisons), 'simulated flight')} {'was' if lost == 1 else 'were'} lost"] * bool(lost)
-    if len(errors) and (errors.max() > LIKE or errors.min() < 1.0 / LIKE):
-        found.append(f"simulated flights have {span(errors)} times the real RMS error")
-    return [*found, *[turning] * bool(turning)]
+def unlike(comparisons: Sequence[FlightComparison], *names: str) -> list[str]:
+    """In what of `FAR` simulated flights are far from the real ones, in clauses."""
+    clauses = []
+    for most, clause, found in ((*FAR[name], ratios(comparisons, name)) for name in names):
+        if found and (found[-1] > most or found[0] < 1.0 / most):
+            span = " to ".join(dict.fromkeys(number(one, 2) for one in (found[0], found[-1])))
+            clauses.append(clause.format(span))
+    return clauses
 
 
 def hover_ratio(flight: FlightRecord, vehicle: AirframeSection) -> float:
@@ -245,7 +231,14 @@ def is_wrong(span: tuple[float, float] | None) -> bool:
 
 def of_thrust(span: tuple[float, float]) -> str:
     """Least and most of the thrust, as words."""
-    return f"the modelled thrust is {' to '.join(dict.fromkeys(f'{one:.2f}' for one in span))} times the thrust needed"
+    return f"The modelled thrust is {' to '.join(dict.fromkeys(f'{one:.2f}' for one in span))} times the thrust needed"
+
+
+def of_wrong_thrust(span: tuple[float, float] | None) -> list[str]:
+    """The same if it is wrong, with what follows from that."""
+    if span is None or not is_wrong(span):
+        return []
+    return [f"{of_thrust(span)}: predictions correct for this from the log; a simulated flight cannot."]
 
 
 def thrust_ratios(flight: FlightRecord, vehicle: AirframeSection) -> Floats:

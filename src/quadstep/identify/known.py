@@ -12,9 +12,10 @@ from quadstep.mission.listings import numbers
 from quadstep.report.evidence import TableSection
 from quadstep.report.units import counted, handy, interval_texts, listed, number, prose
 
-WELL, ROUGHLY, BARELY, SIGN, UNKNOWN = "well", "roughly", "barely", "sign unknown", "not known"
+WELL, ROUGHLY, BARELY, SIGN, UNKNOWN = "well", "roughly", "barely", "sign\u00a0unknown", "not\u00a0known"
 GRADES = {WELL: " (to within 10 %)", ROUGHLY: " (to within 50 %)", BARELY: ""}
 """How well a number is known, by its 95 % interval. One that may have either sign is not identified."""
+FROM_WORST = (UNKNOWN, SIGN, BARELY, ROUGHLY, WELL)
 
 READING = (
     "Well known: the interval is within 10 % of the value; roughly: within 50 %; barely: wider; sign unknown: it "
@@ -27,8 +28,10 @@ def in_words(key: str) -> str:
     return words(key.replace("[", ".").removesuffix("]"))
 
 
-def grade(one: Fitted, beside: float = 0.0) -> str:
-    """One of `GRADES`, or `SIGN`. beside: what the interval is to be seen beside, if not the value itself."""
+def grade(one: Fitted | None, beside: float = 0.0) -> str:
+    """One of `FROM_WORST`. beside: what the interval is to be seen beside, if not the value itself."""
+    if one is None:
+        return UNKNOWN
     share = max(one.high - one.value, one.value - one.low) / max(abs(beside or one.value), 1e-300)
     return SIGN if one.either_sign else WELL if share < 0.1 + 1e-9 else ROUGHLY if share < 0.5 + 1e-9 else BARELY
 
@@ -80,8 +83,8 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
     scale = (
         "No flight reveals the mass m, the rotors' thrust coefficient k_f or the inertia about z, J_z. The next table is for "
         f"m = {mass} kg and k_f = {thrust} N s^2, as given, and J_z = {about_z} kg m^2 (given: {before_z}), in proportion to "
-        "the inertias about x and y. If one is wrong, so are the values, in proportion (nearly, where it is J_z); the fit's "
-        "own error adds to that."
+        "the inertias about x and y. If one is wrong, so are the values, in proportion; where it is J_z, only nearly, and the "
+        "interval of the torque coefficient holds only if J_z is right. The fit's own error adds to that."
     )
     header = ("parameter", "value", "95 % interval", "given", "known", "proportional to")
     ratio = "Known only up to the mass m, thrust coefficient k_f and yaw inertia J_z"

@@ -14,7 +14,7 @@ from quadstep.identify.logs.flight import FlightRecord, Floats, spectrum
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, ready
 from quadstep.identify.replay_report import ESTIMATED, FACTOR, PREDICTED, UNIT, identity, write_tables
 from quadstep.identify.residual import Followed, followed
-from quadstep.identify.run import PREDICTED_TABLES, Identification
+from quadstep.identify.run import Identification
 from quadstep.identify.starts import GROUPS, HORIZONS
 from quadstep.io.files import write_beside
 from quadstep.io.run_record import FIGURES
@@ -26,7 +26,7 @@ from quadstep.report.evidence import Evidence, Figure
 from quadstep.report.panel import SETPOINT, Panel
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import COLUMN, Sheet
-from quadstep.report.units import handy, quantity
+from quadstep.report.units import counted, handy, quantity
 
 ERRORS = f"{FIGURES}/errors"
 AGAINST_GUESSES = (
@@ -167,7 +167,7 @@ def write_identification(
         beside: dict[str, list[Figure]] = {}
         if run.commands:
             draw_errors(out / ERRORS, run.commands, period, SVG)
-            beside[PREDICTED_TABLES] = [Figure(ERRORS, f"{AGAINST_GUESSES} Held-out flights, from commands alone.")]
+            beside["held-out"] = [Figure(ERRORS, f"{AGAINST_GUESSES} Held-out flights, from commands alone.")]
         pictures = [figure_of(out, prediction_picture(one, i, run.kind), SVG) for i, one in enumerate(found)]
         beside["left"] = [*pictures, *(spectra(out, one, i) for i, one in enumerate(found))]
         beside["simulated"] = [figure_of(out, flight_picture(one, place), SVG) for place, one in enumerate(run.flown)]
@@ -219,7 +219,7 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
             for style, horizon in zip(LINES[1:], HORIZONS[:2], strict=False):
                 rest = np.degrees(one.predicted[horizon].rates - one.measured[horizon].rates)
                 panel.loglog(*(values[:, axis] if values.ndim > 1 else values for values in spectrum(rest, one.period)),
-                             label=f"residual, {horizon} ahead", **style)  # fmt: skip
+                             label=f"residual, {counted(horizon, 'sample')} ahead", **style)  # fmt: skip
             plain_decades(panel.xaxis)
             panel.yaxis.set_major_formatter(Powers())
             panel.set_xlabel("frequency [Hz]")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.identify.filtered_logs import FIX_EVERY, FIX_NOISE, Estimated
-from quadstep.identify.flown_setpoints import LIKE, FlightComparison, Tracking, is_wrong, of_thrust, of_turning, ratios
+from quadstep.identify.flown_setpoints import FAR, FlightComparison, Tracking, of_thrust, of_wrong_thrust, ratios, unlike
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, why_unusable
 from quadstep.identify.starts import GROUPS, HORIZONS
@@ -123,7 +123,7 @@ def evidence(flights: Sequence[FlightRecord], request: ReplayRequest, result: Re
     known = [flight.name for flight in flights if was_fitted_to(request.section, flight)]
     left = [flight for flight in flights if first and flight.name not in first.names]
     unseen = [f"Nothing is predicted for {listed([one.name for one in left])}: {why_unusable(left)}."] if left else []
-    thrust = [f"{of_thrust(result.thrust)}.".capitalize()] if result.thrust and not is_wrong(result.thrust) else []
+    thrust = [f"{of_thrust(result.thrust)}."] if result.thrust and not of_wrong_thrust(result.thrust) else []
     said = " ".join([*no_test(known, len(flights)), *unseen, answer(result, not known)])
     return Evidence(
         name=name,
@@ -170,13 +170,8 @@ def answer(result: Replayed, tests: bool = True) -> str:
     if result.estimates:
         off = float(np.sqrt(np.mean([one.filter.position**2 for one in result.estimates])))
         said.append(f"The Kalman filter's position is off by {quantity(off, 'm')} (RMS).")
-    if result.thrust and is_wrong(result.thrust):
-        said.insert(1 if result.predictions else 0, of_wrong_thrust(result.thrust))
-    return " ".join(said)
-
-
-def of_wrong_thrust(thrust: tuple[float, float]) -> str:
-    return f"{of_thrust(thrust).capitalize()}: predictions correct for this from the log; a simulated flight cannot."
+    first = bool(result.predictions)
+    return " ".join([*said[:first], *of_wrong_thrust(result.thrust), *said[first:]])
 
 
 def no_test(names: Sequence[str], flights: int) -> list[str]:
@@ -284,16 +279,18 @@ TRACKING = ("real / simulated", "RMSE [cm]", "lag [ms]", "tilt, 99 % [°]", "mea
 
 def likeness(comparisons: Sequence[FlightComparison]) -> str:
     """How similar they are, in a sentence: equal errors need not be the same ones, so how far apart the flights are too."""
-    near = sum(1.0 / LIKE <= one <= LIKE for one in ratios(comparisons)[0])
+    near = sum(1.0 / FAR["rmse"][0] <= one <= FAR["rmse"][0] for one in ratios(comparisons, "rmse"))
     apart = [one.apart for one in comparisons if not one.lost]
     said = f"The simulated RMSE is within a factor of two of the real one in {near} of {counted(len(comparisons), 'flight')}"
     if not apart:
         return f"{said}: all simulated flights were lost."
     away = " to ".join(dict.fromkeys(quantity(one, "m") for one in (min(apart), max(apart))))
     lost = f"; {len(comparisons) - len(apart)} were lost" if len(apart) < len(comparisons) else ""
-    turning = of_turning(comparisons)
-    more = f" But {turning}: another loop flies them than flew the real ones." * bool(turning)
-    return f"{said}, and the simulated position is {away} from the real one (RMS){lost}.{more}"
+    more = [
+        f" But simulated flights {turning}: another loop flies them than flew the real ones."
+        for turning in unlike(comparisons, "rate")
+    ]
+    return "".join([f"{said}, and the simulated position is {away} from the real one (RMS){lost}.", *more])
 
 
 def tracking_table(comparisons: Sequence[FlightComparison], controller: str) -> TableSection:

@@ -7,20 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.fit import Identified, Say, identify
-from quadstep.identify.flown_setpoints import FlightComparison, flown_again, hover_ratio, is_wrong, span_of_thrust
+from quadstep.identify.flown_setpoints import FlightComparison, flown_again, hover_ratio, of_wrong_thrust, span_of_thrust
 from quadstep.identify.known import fitted, graded, in_words
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.replay import ErrorTable, compare, ready
-from quadstep.identify.replay_report import (
-    METHOD,
-    called,
-    error_table,
-    facts,
-    of_wrong_thrust,
-    off_by,
-    predicting,
-    tracking_table,
-)
+from quadstep.identify.replay_report import METHOD, called, error_table, facts, off_by, predicting, tracking_table
 from quadstep.identify.residual import Followed, followed, trained
 from quadstep.identify.uses import tuning, uses
 from quadstep.identify.vehicle_file import identified_vehicle, in_proportion, with_marks
@@ -34,9 +25,6 @@ from quadstep.vehicle.airframe_plant import Residual
 
 HELD_OUT = 4
 """One in this many flights is held out."""
-
-PREDICTED_TABLES = "predicted"
-"""Anchor of the last table of predictions, which their figure follows."""
 
 MIXED = 0.2
 """Share by which the mean command in flight, times the voltage, may differ from the median of all flights."""
@@ -61,13 +49,8 @@ class Identification(NamedTuple):
     guided_residual: ErrorTable | None = None
     flown: Sequence[FlightComparison] = ()
 
-    @property
-    def judged(self) -> Identified:
-        """The fit that is judged: without the flights held out, if there are any."""
-        return self.tested or self.found
-
-    def judged_vehicle(self, start: AirframeSection) -> AirframeSection:
-        """Its vehicle."""
+    def judged(self, start: AirframeSection) -> AirframeSection:
+        """The vehicle that is judged: fitted without the flights held out, if there are any."""
         return identified_vehicle(start, self.tested, "", "") if self.tested else self.vehicle
 
     def shown(self, flights: Sequence[FlightRecord]) -> list[FlightRecord]:
@@ -97,10 +80,7 @@ def answer(run: Identification, period: float) -> str:
         if run.guided is not None:
             said.append(f"Predictions that know the setpoints too are off by {off_by(run.guided)}.")
         said.append("The vehicle file is from a second fit, to all flights, which no flight is left to test.")
-    said.append(graded(run.found))
-    if run.thrust and is_wrong(run.thrust):
-        said.append(of_wrong_thrust(run.thrust))
-    return " ".join(said)
+    return " ".join([*said, graded(run.found), *of_wrong_thrust(run.thrust)])
 
 
 def run(
@@ -132,7 +112,7 @@ def run(
     thrust = span_of_thrust(flights, result)
     done = Identification(result, found, [flight.name for flight in unseen], tested, commands, guided, thrust)
     say("simulated flights")
-    done = done._replace(flown=flown_again(done.shown(flights), done.judged_vehicle(vehicle)))
+    done = done._replace(flown=flown_again(done.shown(flights), done.judged(vehicle)))
     if not learn:
         return done
     if tested is None:
@@ -186,7 +166,7 @@ def check_alike(flights: Sequence[FlightRecord]) -> None:
 
 def followers(run: Identification, flights: Sequence[FlightRecord], start: AirframeSection) -> list[Followed]:
     """The flights on which the vehicle is judged, followed by it."""
-    return [one for flight in run.shown(flights) if (one := followed(flight, start, run.judged.numbers))]
+    return [one for flight in run.shown(flights) if (one := followed(flight, start, (run.tested or run.found).numbers))]
 
 
 def evidence(
@@ -198,23 +178,15 @@ def evidence(
     for key, reason in run.found.kept.items():
         reasons.setdefault(reason, []).append(in_words(key))
     kept = [f"Kept from the starting vehicle: {listed(keys)} ({reason})." for reason, keys in reasons.items()]
-    said = [
-        answer(run, period),
-        *filter(None, [worse_than_none(found)]),
-        *kept,
-        f"Mass: {start.mass:g} kg ({mass}).",
-        *of_residual(run),
-    ]
+    doubts = filter(None, [worse_than_none(found)])
+    said = [answer(run, period), *doubts, *kept, f"Mass: {start.mass:g} kg ({mass}).", *of_residual(run)]
+    several = {"": (run.commands, run.guided), ", with the learned residual": (run.commands_residual, run.guided_residual)}
     tables = [
         error_table(f"Held-out flights predicted from {one.knows}{more}", one, period)
-        for more, several in (
-            ("", (run.commands, run.guided)),
-            (", with the learned residual", (run.commands_residual, run.guided_residual)),
-        )
-        for one in several
-        if one
+        for more, both in several.items()
+        for one in filter(None, both)
     ]
-    tables = [*tables[:-1], *(one._replace(anchor=PREDICTED_TABLES) for one in tables[-1:])]
+    method = f"Held out: {', '.join(run.held_out)}. {METHOD}"
     return Evidence(
         name=f"{called(start)}, identified from {counted(len(flights), 'flight')}",
         kind="Identification",
@@ -226,10 +198,9 @@ def evidence(
             uses(run.found),
             markup.heading("Identified parameters", "found"),
             *fitted(run.found, start, run.vehicle.inertia[2]),
-            *([markup.heading("Prediction of held-out flights", "held-out")] if tables else []),
-            *([markup.paragraph(f"Held out: {', '.join(run.held_out)}.", escape), markup.paragraph(METHOD)] if tables else []),
+            *[TableSection("Prediction of held-out flights", "held-out", text=method, set_as=escape)] * bool(tables),
             *tables,
-            *([unexplained(found, run.shown(flights), run.judged_vehicle(start), run.kind)] if found else []),
+            *([unexplained(found, run.shown(flights), run.judged(start), run.kind)] if found else []),
             *([tracking_table(run.flown, "pid")] if run.flown else []),
             markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
         ],

@@ -245,15 +245,9 @@ def in_flight(one: Row) -> Contrast:
     after are of different flights where some are lost with one of them, and may say the contrary.
     """
     words, before, after, difference = one.texts
-    change, base = one.difference, one.present.value if one.present else 0.0
+    change, base, (_, unit) = one.difference, one.present.value if one.present else 0.0, units.metric(one.name)
     share = part(change.value, base) if change and certain(change) else 0.0
-    by = (
-        units.percent(abs(share))
-        if math.isfinite(share)
-        else units.quantity(abs(change.value), units.metric(one.name)[1])
-        if change
-        else ""
-    )
+    by = units.quantity(abs(change.value), unit) if change and math.isinf(share) else units.percent(abs(share))
     return Contrast(words, before, after, difference, share, False, f"{by} {'more' if share > 0.0 else 'less'}")
 
 
