@@ -65,3 +65,11 @@ def test_the_interval_of_a_mean_holds_it_where_a_few_values_lie_far_off_on_both_
         found = mean(np.where(random.random(150) < 0.02, 1.0, 1e-3) * random.normal(size=150))
         held += found.low <= 0.0 <= found.high
     assert held >= 0.93 * 200
+
+
+def test_a_mean_has_no_bound_where_resamples_may_miss_all_that_differs_whatever_their_sums_round_to():
+    values = np.full(200, np.sqrt(0.13))
+    values[:2] = 0.37
+    found = mean(values)
+    assert found.high == np.inf
+    assert 0.36 < found.low < found.value

@@ -101,8 +101,8 @@ def studentised(
     """A mean with its interval. spread: of the values. apart: means of resamples from it; spreads: of their values. wide: half
     of Student's interval, in spreads.
     """
-    away = np.where(apart == 0.0, 0.0, np.copysign(math.inf, apart))  # where all drawn values are equal
-    away = np.divide(apart, spreads, out=away, where=spreads > 0.0)
+    away = np.where(apart == 0.0, 0.0, np.copysign(math.inf, apart))  # where all drawn values are equal, but for rounding
+    away = np.divide(apart, spreads, out=away, where=spreads > 1e-9 * spread)
     below, above = np.sort(away)[[math.floor(0.5 * (1.0 - LEVEL) * RESAMPLES), math.ceil(0.5 * (1.0 + LEVEL) * RESAMPLES) - 1]]
     if spread == 0.0:
         return Estimate(value, value, value)
