@@ -117,7 +117,7 @@ def ball(kappa: Number, weights: Number, error: Number, least_gain: Number) -> t
     return right, printed
 
 
-CAPTION = re.compile(r'<figure id="(\w+)".*?<b>Figure \d\. (.*?)\.?</b>', re.DOTALL)
+HEADING = re.compile(r'id="([\w-]+)">(?:\n<h2>)?([^<\n]+)</h2>')
 QUOTE = re.compile(r"(?<!\w)'(.+?)'(?!\w)")
 TITLE = "Backstepping a quadrotor, explained"
 HERE = "quadstep.proofs.article"
@@ -212,7 +212,7 @@ def body() -> str:
     """The text, with formulas, still figures and what `quadstep verify` found in their places."""
     facts, text = json.loads(read("facts.json")), read("text.html")
     values = {
-        "contents": "".join(f'<li><a href="#{name}">{said}</a></li>' for name, said in CAPTION.findall(text)),
+        "contents": "".join(f'<li><a href="#{name}">{said}</a></li>' for name, said in HEADING.findall(text)),
         "rows": str(facts["rows"]),
         "checks": f"{facts['checks']:,}",
         "wrong": str(len(facts["wrong"])),
@@ -245,7 +245,8 @@ def errata(wrong: Mapping[str, Sequence[str]]) -> str:
     header = "".join(f'<th scope="col">{text}</th>' for text in columns)
     wrong = {name: [QUOTE.sub("“\\1”", cell) for cell in cells] for name, cells in wrong.items()}
     rows = "".join(
-        f'<tr><th scope="row">{rich(name)}</th><td>{printed}</td><td>{right} <small>Shown by: {shown}</small></td></tr>'
+        f'<tr><th scope="row">{rich(name)}</th><td>{printed}</td>'
+        f"<td>{right} <details><summary>Shown by</summary>{shown}</details></td></tr>"
         for name, cells in wrong.items()
         for printed, right, shown in [[typeset(dollars(cell)) for cell in cells]]
     )
