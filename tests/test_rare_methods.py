@@ -152,6 +152,9 @@ def test_plain_flights_that_look_for_several_kinds_of_failure_add_their_rates():
     share = f"4 of {2 * event.crude:,}"
     added = "a failure is of one kind only, so the rates add up to a failure probability of "
     assert f"{share} a and {share} others b; {added}" in found.sentence
+    parts = "It is the sum of 0.00100 for flights that a and 0 (none was found) for flights that b. From"
+    one = both.model_copy(update={"events": [both.events[0], both.events[1].model_copy(update={"probability": 0.0})]})
+    assert parts in sentences(summarise([one] * 3), Method.SUBSET)[0]
     (early,) = crude_of([one.model_copy(update={"events": [event.model_copy(update={"failure": "ended early"})]})]).kinds
     assert early in HOW
 
@@ -239,8 +242,9 @@ def test_nothing_is_said_against_replicates_that_agree():
     assert found.warnings == ()
     assert found.probability.value == pytest.approx(1e-5)
     assert found.flights == 60_000
-    spread = math.sqrt(0.025)  # of the replicates, relative
-    assert found.one_by_one == pytest.approx(5 * (1 - 1e-5) / 1e-5 / spread**2)
+    value, low, high = found.probability
+    plain = math.sqrt(value * (1.0 - value) / found.one_by_one)  # the deviation of the share of so many flights that fail
+    assert 2.0 * 1.96 * plain == pytest.approx(high - low)
 
 
 @pytest.mark.parametrize(("done", "said"), [

@@ -212,6 +212,8 @@ def words(key: str) -> str:
     gain = names[0] == "controller" and (names[2:] or re.match(r"[a-zA-Z]_|[A-Z]", names[-1]))
     inner = names[1:] if names[1:] and (names[0] == "sensors" or gain) else names
     said = SAID.get(".".join(names), re.sub(r"(?<=[a-z]{2})_(?=[a-z]{2})", " ", " ".join(inner)))
+    if place and names[-1] == "attitude" and int(place) < 3:
+        return said.replace("attitude", ("yaw", "pitch", "roll")[int(place)])
     if place and names[-1] in ALONG and int(place) < 3:
         return f"{said} {ALONG[names[-1]]} {'xyz'[int(place)]}"
     return f"{said}[{place}]" if place else said

@@ -1,7 +1,7 @@
 """The pieces of a run: independent replicates, and second opinions that do not count but must agree."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -146,7 +146,13 @@ def fly_piece(flights: PointFlyer, piece: Piece, progress: Advance) -> FinishedP
         probability=sum(one.probability for one in found),
         flights=flown,
         events=[recorded(event, one) for event, one in zip(events, found, strict=True)],
-        nearest=nearest(flights, failures) if len(failures.noise) else None,
+        nearest=nearest(
+            flights,
+            failures,
+            [event.failure.value for event, one in zip(events, found, strict=True) for _ in one.failures.noise],
+        )
+        if len(failures.noise)
+        else None,
         again=flown_again,
     )
 
@@ -163,12 +169,13 @@ def recorded(event: Event, one: Replicate) -> DoneEvent:
     )
 
 
-def nearest(flights: PointFlyer, failures: Points) -> Nearest:
-    """The most likely of some failures."""
+def nearest(flights: PointFlyer, failures: Points, kinds: Sequence[str]) -> Nearest:
+    """The most likely of some failures. kinds: of each."""
     distance = np.linalg.norm(failures.latent, axis=1)
     place = int(np.argmin(distance))
     drawn = values(flights.campaign.file, failures.latent[place : place + 1])
     return Nearest(
+        failure=kinds[place],
         deviations=float(distance[place]),
         values={name: column.at(0) for name, column in drawn.items()},
         deviations_by_key=dict(zip(drawn, failures.latent[place].tolist(), strict=True)),

@@ -1,12 +1,12 @@
 """`quadstep campaign --rare`: from file to folder, with its report and figure."""
 
-import math
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from matplotlib.axes import Axes
-from matplotlib.ticker import AsinhLocator, NullLocator
+from matplotlib.ticker import MaxNLocator
 
 from quadstep.io import __version__
 from quadstep.io.run_record import FIGURES
@@ -16,11 +16,11 @@ from quadstep.metrics.verdict import Case
 from quadstep.mission.fields import label, words
 from quadstep.mission.schema import Mission
 from quadstep.report import markup, units
-from quadstep.report.axes import Powers
 from quadstep.report.canvas import figure_at
 from quadstep.report.colours import COLOURS
-from quadstep.report.evidence import Evidence, Figure, TableSection
+from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 from quadstep.report.progress import Count
+from quadstep.report.screen import command
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.units import listed, metric
 from quadstep.studies.campaign.pictures import logarithmic
@@ -30,26 +30,17 @@ from quadstep.studies.campaign.varied import text_of, variation_text
 from quadstep.studies.rare.point_flyer import Failure, PointFlyer, check_space
 from quadstep.studies.rare.replicates import PieceKind, fly_piece, pieces
 from quadstep.studies.rare.run_folder import DoneEvent, FinishedPiece, RareRecord, opened
-from quadstep.studies.rare.summary import RareSummary, as_json, common, rounded, sentences, summarise
+from quadstep.studies.rare.summary import HOW, RareSummary, as_json, common, rounded, sentences, summarise
 
 LEVELS = f"{FIGURES}/levels"
 
 REPLICATES = ("", "method", "probability", "by kind of failure", "flights")
 
 SHOWN = (
-    "How rare flights are that come this near to failure, or nearer: each line is one estimate, whose dots go from common "
-    "flights at the top to those that fail (×, at the end of a dotted line). {}Dashed blue: the second opinions, by the other "
-    "method."
+    "How the estimates were steered to failure: each line is one of them, from all flights (1, at the left) down to the share "
+    "that fails, marked ×. A dot is a step: the share of flights at least as near to failure as those that it kept."
 )
-SCORED = "Scores: 0 is the median of usual flights, 1 their 90 % quantile. "
-"""Said where a score is not a ratio to a limit."""
-
-LIMITED = "The dashed red line is the limit. "
-
-
-def explained(names: Sequence[str]) -> str:
-    """What to know of the axes of these kinds of failure."""
-    return SCORED * any(name != Failure.ABOVE.value for name in names) + LIMITED * (Failure.ABOVE.value in names)
+OPINIONS = " Dashed blue: second opinions, by the other method."
 
 
 READING = (
@@ -99,7 +90,9 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         markup.Fact("flights", f"{summary.flights:,}", "in all"),
     ]
     if summary.one_by_one and not common(summary):
-        facts.append(markup.Fact("plain Monte Carlo", rounded(summary.one_by_one), "flights for the same accuracy"))
+        facts.append(
+            markup.Fact("plain Monte Carlo", f"about {rounded(summary.one_by_one, 1)}", "flights for an interval as wide")
+        )
     kinds = climbed(record.pieces)
     about = {"version": __version__, "campaign": str(path), "name": file.name, "method": file.rare.method.value}
     return Evidence(
@@ -109,10 +102,10 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         sentences=said,
         record={**about, **as_json(summary)},
         facts=facts,
-        figures=[Figure(LEVELS, SHOWN.format(explained(kinds)))] if kinds else [],
+        figures=[Figure(LEVELS, SHOWN + OPINIONS * opined(record.pieces, kinds))] if kinds else [],
         sections=[
             TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)]),
-            nearest(summary, campaign.mission),
+            *nearest(summary, campaign.mission, path),
             TableSection("Settings", "flown", ("", ""), flown),
             TableSection(
                 header=("what varies", "key", "how"),
@@ -146,28 +139,35 @@ FEW = 3
 NEAR = 0.1
 """Standard deviations from the median within which a failure has nothing unusual."""
 
-SEE_IT = "To see it, write these values into the mission and fly that with `quadstep fly`; its noise is then another."
+SEE_IT = (
+    "To see it, put these lines in place of all that varies ([vary] and [[correlated]]) into a copy of the campaign file, and "
+    "fly that with the command below them; noise, if any, is then another."
+)
 
 
-def nearest(summary: RareSummary, mission: Mission) -> TableSection:
-    """The values of the keys in the failure nearest to the median, the farthest out first."""
+def nearest(summary: RareSummary, mission: Mission, path: Path) -> list[Section]:
+    """The values of the keys in the failure nearest to the median, the farthest out first, and how to fly them."""
     title, found = "The most likely failure found", summary.nearest
     if found is None:
-        return TableSection(title, "nearest", text="No failure was found.")
+        return [TableSection(title, "nearest", text="No failure was found.")]
     if found.deviations < NEAR:
         said = "A flight whose keys are all near their medians failed: none of them has to be unusual."
-        return TableSection(title, "nearest", text=said)
+        return [TableSection(title, "nearest", text=said)]
     away, where = found.deviations_by_key, f"{found.deviations:.2f} standard deviations from the median"
     ordered = sorted(found.values.items(), key=lambda item: -abs(away[item[0]]))
     rows = [(label(mission, name), text_of(value, 4), f"{round(away[name], 2) + 0.0:+.2f}") for name, value in ordered]
-    header, text = ("key", "value", "deviations from the median"), f"{where} of the distributions. {SEE_IT}"
-    return TableSection(title, "nearest", header, rows, text, shown=f"{title}, {where}")
+    header, how = ("key", "value", "deviations from the median"), HOW.get(found.failure, found.failure)
+    text = f"This flight {how}. Its values are {where} of the distributions."
+    table = TableSection(title, "nearest", header, rows, text, shown=f"{title}: it {how}, {where}")
+    if any(isinstance(value, dict) for value in found.values.values()):
+        return [table]
+    lines = [f'{name} = {{ type = "grid", values = [{json.dumps(value)}] }}' for name, value in found.values.items()]
+    copy = path.with_name(f"{path.stem}-failure.toml")
+    flown = markup.verbatim("\n".join(["[vary]", *lines])) + markup.verbatim(command("fly", copy, "--flight", 0))
+    return [table, TableSection(text=SEE_IT), flown]
 
 
 OWN, OTHER, END = "black", COLOURS["blue"], COLOURS["vermillion"]
-
-FAR, LINEAR = 30.0, 3.0
-"""Largest score for an all-linear axis, and the end of its linear part otherwise: scores of unstable loops can be huge."""
 
 
 NAMED = {
@@ -178,13 +178,18 @@ NAMED = {
 
 
 def climbed(pieces: Sequence[FinishedPiece]) -> list[str]:
-    """The kinds of failure towards which replicates took steps, so that there is something to draw: not so common ones."""
-    own = [event for one in pieces if one.kind == PieceKind.REPLICATE.value for event in one.events]
+    """The kinds of failure that replicates found by steps, so that there is something to draw: not so common ones."""
+    own = [event for one in pieces if one.kind == PieceKind.REPLICATE.value for event in one.events if event.probability > 0.0]
     return [*dict.fromkeys(event.failure for event in own if any(score is not None for score, _ in event.levels))]
 
 
+def opined(pieces: Sequence[FinishedPiece], kinds: Sequence[str]) -> bool:
+    """Whether second opinions are drawn."""
+    return any(event.failure in kinds for one in pieces if one.kind != PieceKind.REPLICATE.value for event in one.events)
+
+
 def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> None:
-    """A panel for each kind of failure: the probability beyond each score, in replicates and second opinions."""
+    """A panel for each kind of failure: the share of flights left after each step, in replicates and second opinions."""
     names = climbed(pieces)
     columns = sheet.side_by_side(len(names), 2.4)
     rows, width = -(-len(names) // columns), COLUMN if columns > 1 else PHONE
@@ -203,38 +208,19 @@ def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> No
 
 
 def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
-    """One panel: lines over the score, on to a cross at the right for failure itself."""
-    scores: dict[str, None] = {}
-    failing = []
-    flown = [(one.kind, event) for one in pieces for event in one.events if event.failure == name]
-    for kind, event in flown:
+    """One panel: a line for each estimate over its steps, from all flights to a cross for those that fail."""
+    for kind, event in ((one.kind, event) for one in pieces for event in one.events if event.failure == name):
         own = kind == PieceKind.REPLICATE.value
         colour, line = (OWN, "-") if own else (OTHER, "--")
-        steps = [(threshold, share) for threshold, share in event.levels if threshold is not None and share > 0.0]
-        x, y = ([step[part] for step in steps] for part in (0, 1))
-        axes.plot(x, y, line, marker=".", markersize=4, color=colour, linewidth=0.8)
+        shares = [1.0, *(share for threshold, share in event.levels if threshold is not None and share > 0.0)]
+        axes.plot(range(len(shares)), shares, line, marker=".", markersize=4, color=colour, linewidth=0.8)
         if event.probability > 0.0:
-            failing.append((steps[-1:], event.probability, END if own else OTHER))
-        scores |= dict.fromkeys(event.score)
-    if max(map(abs, axes.get_xlim())) > FAR:
-        axes.set_xscale("asinh", linear_width=LINEAR)
-        axes.xaxis.set_major_locator(AsinhLocator(LINEAR, numticks=5))
-        axes.xaxis.set_minor_locator(NullLocator())
-        axes.xaxis.set_major_formatter(Powers())
-    limited = name == Failure.ABOVE.value  # whose score is the ratio to the limit
-    axes.margins(x=0.15)
-    axes.set_xlim(axes.get_xlim()[0], max(axes.get_xlim()[1], 1.15 if limited else -math.inf))
-    right = 1.0 if limited else float(axes.transData.inverted().transform(axes.transAxes.transform((0.985, 0.5)))[0])
-    if limited:
-        axes.axvline(right, color=END, linestyle="--", linewidth=1.0)
-    for last, probability, colour in failing:
-        from_last = [*last, (right, probability)]
-        axes.plot([x for x, _ in from_last], [y for _, y in from_last], color=colour, linestyle=":", linewidth=0.8)
-        axes.plot([right], [probability], "x", color=colour, clip_on=False)
-    what = metric(next(iter(scores)))[0] if len(scores) == 1 else f"largest of {len(scores)} metrics"
-    axes.set_xlabel(f"{what} / limit" if limited else f"score: {what}")
-    if not failing:
-        axes.text(0.03, 0.05, "none found", transform=axes.transAxes)
+            axes.plot(
+                range(len(shares) - 1, len(shares) + 1), [shares[-1], event.probability], line, color=colour, linewidth=0.8
+            )
+            axes.plot([len(shares)], [event.probability], "x", color=END if own else OTHER)
+    axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+    axes.set_xlabel("step")
 
 
 class RareResult(NamedTuple):

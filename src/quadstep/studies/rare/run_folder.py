@@ -39,8 +39,9 @@ class DoneEvent(RareTable):
 
 
 class Nearest(RareTable):
-    """The most likely failure found: its distance from the median, its values, and the deviations of each."""
+    """The most likely failure found: its kind, its distance from the median, its values, and the deviations of each."""
 
+    failure: str = "any"
     deviations: float
     values: dict[str, object]
     deviations_by_key: dict[str, float]

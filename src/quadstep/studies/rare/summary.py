@@ -29,6 +29,9 @@ FEW_AGAIN = 0.1
 """Share of failures that fail again with different noise, below which noise dominates."""
 
 
+NORMAL = 1.96
+"""Half of a 95 % interval of a normal distribution, in standard deviations."""
+
 HOW = {Failure.ABOVE.value: "exceeded a limit", Failure.EARLY.value: "ended early", Failure.ANY.value: "failed"}
 """Kinds of failure, as flights are said to fail."""
 
@@ -64,7 +67,8 @@ def count_of(flights: int) -> str:
 class RareSummary(NamedTuple):
     """probability: of failure, with its 95 % interval. replicates: those of each. flights: all that were flown.
 
-    spread: standard deviation of the replicates over their mean. one_by_one: crude flights needed for the same accuracy.
+    spread: standard deviation of the replicates over their mean. one_by_one: crude flights whose interval would be as wide.
+    kinds: the probability of each kind of failure.
     """
 
     probability: Estimate
@@ -72,6 +76,7 @@ class RareSummary(NamedTuple):
     flights: int
     spread: float
     one_by_one: float | None
+    kinds: Mapping[str, float]
     crude: Crude
     opinions: dict[str, float]
     nearest: Nearest | None
@@ -87,14 +92,18 @@ def summarise(done: Sequence[FinishedPiece]) -> RareSummary:
     probability = interval(probabilities, crude)
     mean = probability.value
     spread = float(probabilities.std(ddof=1)) / mean if mean > 0.0 else 0.0
-    one_by_one = (1.0 - mean) / mean * len(own) / spread**2 if spread > 0.0 else None
+    half = (probability.high - probability.low) / (2.0 * mean) if mean > 0.0 else 0.0
+    one_by_one = (1.0 - mean) / mean * (NORMAL / half) ** 2 if half > 0.0 else None
+    kinds = dict[str, float]()
+    for event in (event for one in own for event in one.events):
+        kinds[event.failure] = kinds.get(event.failure, 0.0) + event.probability / len(own)
     opinions = {f"{one.method.words}, {one.score}": one.probability for one in done if one not in own}
     nearest = min((one.nearest for one in done if one.nearest), key=lambda one: one.deviations, default=None)
     again = [one.again for one in own if one.again]
     flown, failed = sum(one.flights for one in again), sum(one.failures for one in again)
     found = RareSummary(
-        probability, tuple(probabilities.tolist()), sum(one.flights for one in done), spread, one_by_one, crude, opinions,
-        nearest, RepeatedFailures(flights=flown, failures=failed), (),
+        probability, tuple(probabilities.tolist()), sum(one.flights for one in done), spread, one_by_one, kinds, crude,
+        opinions, nearest, RepeatedFailures(flights=flown, failures=failed), (),
     )  # fmt: skip
     return found._replace(warnings=tuple(warnings(found)))
 
@@ -166,6 +175,7 @@ def warnings(summary: RareSummary) -> list[str]:
 def as_json(summary: RareSummary) -> dict[str, object]:
     return {
         "probability": summary.probability._asdict(),
+        "kinds": dict(summary.kinds),
         "replicates": list(summary.replicates),
         "flights": summary.flights,
         "spread": summary.spread,
@@ -179,39 +189,53 @@ def as_json(summary: RareSummary) -> dict[str, object]:
     }
 
 
-def rounded(flights: float) -> str:
-    """A number of flights to two digits."""
-    return f"{float(f'{flights:.2g}'):,.0f}" if flights < 1e9 else units.number(flights, 2)
+def rounded(flights: float, digits: int = 2) -> str:
+    """A number of flights to so many digits."""
+    return f"{float(f'{flights:.{digits}g}'):,.0f}" if flights < 1e9 else units.number(flights, digits)
+
+
+def by_kind(kinds: Mapping[str, float]) -> str:
+    """The probability of each kind of failure, where there are several, in a sentence before a blank."""
+    found = [(units.number(share) if share else "0 (none was found)", HOW.get(kind, kind)) for kind, share in kinds.items()]
+    return f"It is the sum of {units.listed([f'{share} for flights that {how}' for share, how in found])}. " * bool(found[1:])
 
 
 def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[str]:
     """What was found, the answer first. meaning: as `Campaign` has it."""
-    value, low, high = (units.number(part) for part in summary.probability)
+    kinds, (value, low, high) = by_kind(summary.kinds), (units.number(part) for part in summary.probability)
     often = (
         f" (about 1 flight in {rounded(1.0 / summary.probability.value)})" if 0.0 < summary.probability.value < 0.01 else ""
     )
     check = f"flights drawn as in the campaign, {summary.crude.sentence}."
     source = f"From {len(summary.replicates)} independent estimates (replicates) by {method.words}{meaning}."
     estimate = f"{value}{often}, with 95 % confidence {low} to {high},"
-    lines = [f"A flight fails with probability {estimate} if no kind of failure was missed. {source}"]
+    lines = [f"A flight fails with probability {estimate} if no kind of failure was missed. {kinds}{source}"]
     if summary.warnings:
         see = f"see the warning{'s' * bool(summary.warnings[1:])}"
-        lines = [f"Of {check} The estimate, {estimate} is doubtful: {see}. {source}"]
+        lines = [f"Of {check} The estimate, {estimate} is doubtful: {see}. {kinds}{source}"]
     if summary.one_by_one and common(summary):
         rare = f" is not rare ({units.percent(summary.probability.value)})" if summary.probability.value >= COMMON else ""
         plain = "a plain campaign needs fewer flights"
         begin = f"This failure{rare}: {plain}" if rare else f"{plain[0].upper()}{plain[1:]} for this failure"
-        lines[0] = f"{begin}, {rounded(summary.one_by_one)} instead of {summary.flights:,} for the same accuracy. {lines[0]}"
+        plain = f"about {rounded(summary.one_by_one, 1)} instead of {summary.flights:,} for an interval as wide"
+        lines[0] = f"{begin}, {plain}. {lines[0]}"
     elif summary.one_by_one:
         times = summary.one_by_one / summary.flights
         lines.append(
-            f"{summary.flights:,} flights in all; plain Monte Carlo would need {rounded(summary.one_by_one)} for the same "
-            f"accuracy, {rounded(times) if times >= 10.0 else units.number(times, 2)} times as many."
+            f"{summary.flights:,} flights in all; plain Monte Carlo would need about {rounded(summary.one_by_one, 1)} for an "
+            f"interval as wide, about {rounded(times, 1)} times as many."
         )
     if not summary.warnings:
         lines.append(f"Plain Monte Carlo, as a check: of {check}")
         if again := summary.again.flights:
-            lines.append(f"{summary.again.failures} of {again} failures failed again when flown with different noise.")
+            failed = summary.again.failures
+            share = "most" if failed < 0.5 * again else "some"
+            why = (
+                f"noise decides too: with other noise, {share} of them succeeded"
+                if failed < again
+                else "it made no difference to them"
+            )
+            lines.append(f"{failed} of {again} failures failed again when flown with different noise, so {why}.")
     return lines
 
 
