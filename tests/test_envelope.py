@@ -18,7 +18,8 @@ from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
 from quadstep.studies import study as study_module
 from quadstep.studies.campaign.flyer import Chunk, Flyer, on_lanes
-from quadstep.studies.envelope import Envelope, Map, MapPanel, answer, caption, most_of, watched
+from quadstep.studies.envelope import Map, watched
+from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, most_of
 from quadstep.studies.envelope_map import CAUSES, LOOKS, Cells, by_success, cells_of, draw_panel, legend, middle, scale
 from quadstep.studies.envelope_request import NOISY_FLIGHTS, request
 from quadstep.studies.study import run
@@ -223,6 +224,9 @@ def test_of_two_panels_the_one_with_the_smaller_errors_is_named(tmp_path):
         if found:
             assert (found[1], {"all": 5}.get(found[3]) or int(found[3])) == ("5", max(counts.values()))
             assert counts[found[2]] == max(counts.values())
+            ratios = sorted((rmse[0] / rmse[1] if found[2] == "off" else rmse[1] / rmse[0])[both])
+            told = re.search(r"the median of their ratios is (\S+), from (\S+) to (\S+)\.(?: |$)", said).groups()
+            assert [*map(float, told)] == pytest.approx([ratios[2], ratios[0], ratios[-1]], rel=0.006)
 
 
 def test_an_axis_that_makes_no_difference_is_named(tmp_path):

@@ -5,13 +5,11 @@ import json
 from collections.abc import Iterator
 from html import escape
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
-from quadstep.metrics.statistics import TAIL, exact_share, share
-from quadstep.mission.fields import words
+from quadstep.mission.fields import label, words
 from quadstep.page.model import Cell
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, TableSection
@@ -19,34 +17,23 @@ from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.single import FlownAgain, flown_again, write_flights
 from quadstep.studies.campaign.store import parquet
-from quadstep.studies.envelope_map import CAUSES, FLYABLE, Cells, by_success, cells_of, coloured, draw_map, in_brief, table
-from quadstep.studies.envelope_request import MapAxis, Request, Value
+from quadstep.studies.campaign.varied import variation_text
+from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, enough
+from quadstep.studies.envelope_map import (
+    CAUSES,
+    FLYABLE,
+    Cells,
+    cells_of,
+    draw_map,
+    in_brief,
+    table,
+)
+from quadstep.studies.envelope_request import Request, Value
 from quadstep.studies.study import Flown, Study
 
 DATA, PICTURE = "envelope.parquet", "envelope"
 
 HEADER = ("panel", "cells", "flyable", "success rate", "RMSE of flyable cells [{}]", "outcomes of failed flights")
-
-
-class MapPanel(NamedTuple):
-    """A panel of the map in numbers. name: the value of --by, empty without it.
-
-    flyable: cells of so many. success: share of all flights. causes: flights that did not succeed, by why. rmse: the
-    least and the largest of the flyable cells [m], None if there is none.
-    """
-
-    name: str
-    cells: int
-    flyable: int
-    success: float
-    causes: dict[str, int]
-    rmse: tuple[float, float] | None
-
-
-class Envelope(NamedTuple):
-    asked: Request
-    cells: Cells
-    panels: list[MapPanel]
 
 
 class Map(Study[Envelope]):
@@ -66,7 +53,8 @@ class Map(Study[Envelope]):
         """The map, each panel in numbers, the results of every cell, and the first flights of some to watch."""
         (out / DATA).write_bytes(parquet(table(self.asked, envelope.cells)))
         cells = watched(self.asked)
-        found = dict(zip(cells, map(self.named, flown_again(self.campaign, cells)), strict=True))
+        successes = [int(envelope.cells.successes.flat[cell]) for cell in cells]
+        found = dict(zip(cells, map(self.named, flown_again(self.campaign, cells), successes), strict=True))
         links = write_flights(out, self.campaign, found, dict(zip(cells, map(self.place, cells), strict=True)))
         draw_map(out / PICTURE, self.asked, envelope.cells, sheet, links)
         name = f"Envelope of {self.campaign.defaults['name']}"
@@ -95,11 +83,13 @@ class Map(Study[Envelope]):
         at = asked.y.shown(asked.y.values[row]), asked.x.shown(asked.x.values[column])
         return Cell(block, at[0], at[1], words(asked.y.key), words(asked.x.key))
 
-    def named(self, one: FlownAgain) -> FlownAgain:
-        """The same, called by the values of its cell."""
+    def named(self, one: FlownAgain, successes: int) -> FlownAgain:
+        """The same, called by the values of its cell, and by how many of several flights succeed there."""
         if one.replay is None:
             return one
         name = ", ".join(axis.in_words(cast("Value", one.replay.values[axis.key])) for axis in reversed(self.asked.axes))
+        flights = self.asked.flights
+        name += f" (first of {flights} flights, of which {successes} succeed)" if flights > 1 else ""
         return one._replace(replay=one.replay._replace(mission=one.replay.mission.model_copy(update={"name": name})))
 
 
@@ -116,6 +106,7 @@ def watched(request: Request) -> list[int]:
 
 
 def settings(request: Request) -> list[tuple[str, str]]:
+    file = request.campaign.file
     axes = [
         (
             words(one.key),
@@ -126,7 +117,9 @@ def settings(request: Request) -> list[tuple[str, str]]:
     return [
         ("mission", str(request.campaign.defaults["name"])),
         *axes,
+        *((label(request.campaign.mission, key), variation_text(file, key)) for key in file.keys if key not in keys(request)),
         ("flights per cell", str(request.flights)),
+        ("seed, precision", f"{file.seed}, {file.precision}"),
         ("a flight fails", request.campaign.failing),
         ("a cell counts as flyable", f"if {enough(request)[0]} succeed" if request.flights > 1 else "if its flight succeeds"),
         ("results of every cell", DATA),
@@ -168,151 +161,6 @@ def as_json(envelope: Envelope) -> dict[str, object]:
 
 def keys(request: Request) -> list[str]:
     return [axis.key for axis in request.axes]
-
-
-def answer(envelope: Envelope) -> str:
-    """How much of the map can be flown, in a sentence."""
-    asked, cells = envelope.asked, envelope.panels[0].cells
-    over = f"combinations of {words(asked.x.key)} and {words(asked.y.key)}"
-    same = "" if asked.random or asked.flights == 1 else " Nothing is random here: all flights of a cell are identical."
-    how, more = f"{asked.campaign.meaning}{most_of(asked)}", f"{same}{either_way(envelope)}{ends(envelope)}{idle(envelope)}"
-    names = [f" with {one.name}" if one.name else "" for one in envelope.panels]
-    if asked.cells == 1:
-        at = f"{asked.x.in_words(asked.x.values[0])} and {asked.y.in_words(asked.y.values[0])}{names[0]}"
-        can = "can" if envelope.cells.flyable.all() else "cannot"
-        return f"The one combination of this map, {at}, {can} be flown{how}.{more}"
-    if envelope.cells.flyable.all():
-        return f"Every one of the {cells} {over} can be flown{units.listed(names)}{how}: the map shows no limit.{more}"
-    if not envelope.cells.flyable.any():
-        return none_flyable(envelope, f"None of the {cells} {over}", units.listed(names), more)
-    first, *others = [f"{one.flyable} of {cells}" for one in envelope.panels]
-    parts = [f"{first} {over} can be flown{names[0]}", *map("".join, zip(others, names[1:], strict=True))]
-    return f"{', '.join(parts)}{how}{borders(envelope)}.{more}"
-
-
-def none_flyable(envelope: Envelope, none: str, names: str, more: str) -> str:
-    """That no cell is flyable, and of several flights each how many succeed where most do."""
-    asked, successes = envelope.asked, envelope.cells.successes
-    if asked.flights == 1:
-        return f"{none} can be flown{names}{asked.campaign.meaning}{most_of(asked)}.{more}"
-    said = f"{none} is flyable{names}{asked.campaign.meaning}, that is, succeeds in {enough(asked)[0]}"
-    best = int(successes.max())
-    if not best:
-        return f"{said}; no flight succeeded at all.{more}"
-    where = zip((asked.by, asked.y, asked.x), np.argwhere(successes == best)[0], strict=True)
-    at = units.listed([axis.in_words(axis.values[place]) for axis, place in where if axis][::-1])
-    such = "the best" if (successes == best).sum() == 1 else "one of the best"
-    ends = exact_share(best, asked.flights, TAIL / successes.size)[1:]
-    sure = f" (95 % interval {' to '.join(map(units.percent, ends))}, widened for choosing it from {successes.size})"
-    return f"{said}; {such}, {at}, succeeds in {best} of {asked.flights}{sure * asked.random}.{more}"
-
-
-def either_way(envelope: Envelope) -> str:
-    """Of two panels, which has the smaller errors where both can be flown, in a sentence after a blank."""
-    if len(envelope.panels) != 2:
-        return ""
-    both = envelope.cells.flyable.all(axis=0)
-    first, second = envelope.cells.rmse[:, both]
-    smaller = int((first < second).sum()), int((second < first).sum())
-    if smaller[0] == smaller[1]:
-        return ""
-    count, name = max(smaller), envelope.panels[smaller[1] > smaller[0]].name
-    what = f"{'median ' if envelope.asked.flights > 1 else ''}position RMSE"
-    shared = f"Where both can be flown ({units.counted(int(both.sum()), 'combination')})"
-    return f" {shared}, the {what} is smaller with {name} in {'all' if count == both.sum() else count} of them."
-
-
-def borders(envelope: Envelope) -> str:
-    """Where along the axes of numbers all of the map can be flown and where none of it, in a clause after a colon."""
-    asked, flyable = envelope.asked, envelope.cells.flyable
-    axes = [(one, flyable.swapaxes(place, 0).reshape(len(one.values), -1)) for one, place in ((asked.x, 2), (asked.y, 1))]
-    parts = []
-    for what, good in (("all", True), ("none", False)):
-        found = [span(axis, (cells == good).all(axis=1)) for axis, cells in axes if axis.ranged]
-        where = [one for one in found if one]
-        parts += [f"{what} where {units.listed(where, 'or')}"] if where else []
-    whole = {1: "", 2: "with both, "}.get(len(envelope.panels), "with each, ")
-    return f": {whole}{', '.join(parts)}" if parts else ""
-
-
-def span(axis: MapAxis, line: NDArray[np.bool_]) -> str:
-    """The values at which a line holds, if they follow one another, in a clause; else nothing."""
-    at = np.flatnonzero(line)
-    if not at.size or at[-1] - at[0] >= at.size:
-        return ""
-    low, high, last = axis.shown(axis.values[at[0]]), axis.shown(axis.values[at[-1]]), len(axis.values) - 1
-    if at.size == 1:
-        return f"the {words(axis.key)} is {low}"
-    how = f"at most {high}" if at[0] == 0 else f"at least {low}" if at[-1] == last else f"from {low} to {high}"
-    return f"the {words(axis.key)} is {how}"
-
-
-def ends(envelope: Envelope) -> str:
-    """Where the error is least and where it is largest, of cells that can be flown, in a sentence after a blank."""
-    asked, cells = envelope.asked, envelope.cells
-    shown = np.where(cells.flyable, cells.rmse, np.nan)
-    if np.isfinite(shown).sum() < 2 or np.nanmin(shown) == np.nanmax(shown):
-        return ""
-    axes = [(one, place) for place, one in ((2, asked.x), (1, asked.y), (0, asked.by)) if one]
-    told = []
-    for found in (np.nanargmin(shown), np.nanargmax(shown)):
-        where = np.unravel_index(found, shown.shape)
-        at = units.listed([one.in_words(one.values[where[place]]) for one, place in axes])
-        told.append(f"{units.quantity(float(shown[where]), 'm')} ({at})")
-    what = f"{'median ' if asked.flights > 1 else ''}position RMSE"
-    return f" Where it can be flown, the {what} ranges from {told[0]} to {told[1]}."
-
-
-def idle(envelope: Envelope) -> str:
-    """Which axes make no difference to any result, as wind to a vehicle without drag, in a sentence after a blank."""
-    asked, cells = envelope.asked, envelope.cells
-    results = [cells.causes, cells.rmse, cells.mean, cells.largest]
-    keys = [
-        words(axis.key)
-        for place, axis in enumerate((asked.by, asked.y, asked.x))
-        if axis
-        and len(axis.values) > 1
-        and cells.completed.any()  # else only outcomes are compared
-        and all(np.array_equal(one, np.broadcast_to(one.take([0], place), one.shape), equal_nan=True) for one in results)
-    ]
-    return f" No result depends on {units.listed(keys, 'or')}." if keys else ""
-
-
-def most_of(request: Request) -> str:
-    """How many of a point's flights count for all, where there are several, and how much so many show."""
-    if request.flights > 1:
-        flights, low = enough(request)
-        sure = f" (95 % interval from {units.percent(low)})" if request.random else ""
-        return f", that is, {flights} of each succeeded{sure}"
-    return " in the one flight of each, whose outcome is partly chance" if request.random else ""
-
-
-def enough(request: Request) -> tuple[str, float]:
-    """How many flights must succeed for a cell to count as flyable, and where the 95 % interval of so many begins."""
-    flights = request.flights
-    least = next(count for count in range(flights + 1) if count / flights >= FLYABLE)
-    return f"{'all' if least == flights else f'at least {least} of'} {flights} flights", share(least, flights).low
-
-
-def caption(envelope: Envelope, linked: bool) -> str:
-    """What the map shows. linked: whether cells with a dot are links."""
-    cells, seen = envelope.cells, coloured(envelope.cells)
-    several = envelope.asked.flights > 1
-    parts = [f"Click a dot to see the {'first ' if several else ''}flight of that cell."] * linked
-    if not seen.all():
-        few = "in which fewer than half of the flights succeed" if several else "whose flight fails"
-        look = "Hatched by cause" if cells.cause[~seen].any() else "Dotted"
-        parts = [f"{look}: {units.counted(int((~seen).sum()), 'cell')} {few}.", *parts]
-    least, most = (float(end(cells.rmse[seen])) if seen.any() else 0.0 for end in (np.min, np.max))
-    what = f"{'median ' if several else ''}position RMSE"
-    if by_success(cells):
-        ends = [units.percent(float(end(cells.share))) for end in (np.min, np.max)]
-        parts = [f"Colour: share of flights that succeed, from {ends[0]} to {ends[1]}; lighter means more.", *parts]
-    elif seen.any():
-        told = [units.quantity(one, "m") for one in (least, most)]
-        ranges = f"from {told[0]} to {told[1]}; lighter means larger" if least < most else told[0]
-        parts = [f"Colour: {what}, {ranges}.", *parts]
-    return " ".join(parts)
 
 
 def fact(one: MapPanel) -> markup.Fact:

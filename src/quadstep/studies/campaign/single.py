@@ -125,7 +125,8 @@ def write_flights(
     for flight, (found, log, _) in again.items():
         if found is not None and log is not None and again[flight].drawable:
             one = judged(flown_mission(found.mission, found.plan, log, campaign.folder), campaign)
-            shown[flight] = one._replace(id=f"flight-{flight}", group=campaign.file.name, cell=cells.get(flight))
+            name = one.name.removeprefix(f"{campaign.defaults['name']}, ")  # which all have in common
+            shown[flight] = one._replace(name=name, id=f"flight-{flight}", group=campaign.file.name, cell=cells.get(flight))
     try:
         text = build_page(campaign.file.name, "", list(shown.values()), links=(Link("Report", REPORT),)) if shown else ""
     except UserError:
