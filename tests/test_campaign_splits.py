@@ -3,21 +3,21 @@
 import re
 
 import numpy as np
-from scipy.stats import binom
+from scipy.stats import hypergeom
 
-from quadstep.studies.campaign.sensitivity import parts_of
-from quadstep.studies.campaign.splits import bound, findings, splits
+from quadstep.studies.campaign.sensitivity import FlightParts, parts_of
+from quadstep.studies.campaign.splits import findings, splits, unlikely
 from quadstep.studies.campaign.varied import VariedKey
 
 UNITS = {"vehicle.mass": "kg", "wind.mean.0": "m/s", "controller.nets.enabled": ""}
-PART = r"([\d.]+) %(?: fail)? (below|from|with nets) ([\d.]+|on|off)(?: to ([\d.]+))?"
+PART = r"(\d+) of (\d+) (?:flights fail )?\([^)]*\) (.*?)(?=, \d+ of|, but \d+ of|\.$)"
 
 
 def drawn(random, flights):
     values = {"vehicle.mass": random.normal(1.0, 0.1, flights), "wind.mean.0": random.normal(6.0, 2.0, flights)}
     nets = random.integers(0, 2, flights)
     columns = {key: VariedKey(one, None, parts_of(one)) for key, one in values.items()}
-    columns["controller.nets.enabled"] = VariedKey(nets, ("true", "false"), parts_of(nets.astype(float)))
+    columns["controller.nets.enabled"] = VariedKey(nets, ("true", "false"), FlightParts(nets, 2, False))
     return columns
 
 
@@ -30,42 +30,62 @@ def test_flights_that_fail_at_random_depend_on_nothing():
     assert wrong <= 20, "5 % of 400"
 
 
-def between(values, how, low, high):
-    return values < float(low) if how == "below" else (values >= float(low)) & (values < float(high or np.inf))
+def inside(values, text):
+    """The flights that the words for a range mean."""
+    text = text.replace("\N{NO-BREAK SPACE}", " ")
+    if about := re.search(r"(?: of| from) 1 kg$", text):
+        values, text = np.abs(values - 1.0), text[: about.start()]
+    numbers = [float(one) for one in re.findall(r"[\d.]+", text)]
+    low, high = (numbers[0], np.inf) if len(numbers) == 1 else numbers
+    return values < low if text.startswith(("below", "within")) else (values >= low) & (values < high)
 
 
-def test_the_shares_that_are_told_are_those_of_the_flights():
+def test_the_counts_that_are_told_are_those_of_the_flights():
+    """Of causes at one end, at both, within one value of a choice, and none; every count is recomputed from the words."""
     random, seen = np.random.default_rng(4), set()
-    for turn in range(60):
+    for turn in range(40):
         columns = drawn(random, 2000)
         mass, wind, nets = (one.values for one in columns.values())
-        likely = (0.05 + 0.04 * wind.clip(0.0), 0.6 * (abs(mass - 1.0) > 0.1) * nets, np.full(2000, 0.2))[turn % 3]
+        likely = (0.05 + 0.04 * wind.clip(0.0), 0.9 * (abs(mass - 1.0) > 0.15) * nets + 0.001, np.full(2000, 0.2))[turn % 3]
         failed = random.random(2000) < likely
-        for one in findings(failed, {}, columns, UNITS):
-            if one.startswith("How many flights fail varies with "):
-                for share, how, low, high in re.findall(PART, one.replace("\N{NO-BREAK SPACE}", " ")):
-                    values = wind if "m/s" in one and float(low if low[0].isdigit() else 0.0) > 2.0 else mass
-                    where = nets == (low == "off") if how == "with nets" else between(values, how, low, high)
-                    assert abs(100.0 * failed[where].mean() - float(share)) <= 0.051, one
-                seen.add(re.match(".*?with ([a-z ]+):", one)[1])
-            elif one.startswith("With "):
-                share = float(re.search(r"([\d.]+) % fail", one)[1])
-                assert share > 100.0 * max(failed[nets == 1].mean(), failed.mean())
-                seen.add("both")
-    assert seen == {"mean wind along x", "vehicle mass", "both"}
+        for one in findings(failed, {}, columns, UNITS, {"vehicle.mass": 1.0}):
+            if "how many flights fail" not in one.lower():
+                continue
+            within = {"o": np.ones(2000, bool), "n": nets == 0, "f": nets == 1}
+            part = within["f" if one.startswith("With nets off") else "n" if one.startswith("With nets on") else "o"]
+            key = re.search("varies with ([a-z ]+):", one)[1]
+            told = re.findall(PART, one)
+            assert len(told) > 1
+            for hit, size, text in told:
+                where = (
+                    nets == text.endswith("off") if key == "nets" else inside(mass if key == "vehicle mass" else wind, text)
+                )
+                assert (int(hit), int(size)) == ((failed & part & where).sum(), (part & where).sum()), one
+            seen.add((key, one.startswith("With")))
+    assert seen == {("mean wind along x", False), ("nets", False), ("vehicle mass", True)}
 
 
-def test_a_key_that_is_worst_at_both_ends_is_told_so():
+def test_a_key_that_is_worst_at_both_ends_is_told_by_its_distance_from_the_missions_value():
     columns = drawn(np.random.default_rng(5), 2000)
     failed = abs(columns["vehicle.mass"].values - 1.0) > 0.12
-    (one,) = splits(failed, columns, UNITS)
-    assert re.fullmatch(
-        r"vehicle mass: [\d.]+ % fail below [\d.]+.kg and [\d.]+ % from [\d.]+.kg on, but 0 % from .*kg", one.sentence
+    (one,) = splits(failed, columns, UNITS, {"vehicle.mass": 1.0})
+    said = one.sentence.replace("\N{NO-BREAK SPACE}", " ")
+    count = failed.sum()
+    assert (
+        said.startswith(f"vehicle mass: {count} of {count} flights fail (100 [")
+        and "0.12 kg or more from 1 kg, but 0 of" in said
     )
+    (one,) = splits(failed, columns, UNITS)
+    assert [text.replace("\N{NO-BREAK SPACE}", " ") for *_, text in one.bands] == [
+        "below 0.88 kg",
+        "from 0.88 to 1.12 kg",
+        "from 1.12 kg on",
+    ]
 
 
 def test_the_bound_is_never_below_the_probability():
-    for many, share in ((20, 0.3), (7, 0.9)):
-        for hit in range(many + 1):
-            tail = binom.sf(hit - 1, many, share) if hit >= many * share else binom.cdf(hit, many, share)
-            assert tail <= bound(hit, many, share) * (1.0 + 1e-12)
+    for size, count, total in ((20, 30, 100), (7, 90, 100), (40, 3, 60)):
+        for hit in range(max(0, size + count - total), min(size, count) + 1):
+            law = hypergeom(total, count, size)
+            tail = law.sf(hit - 1) if hit * total >= size * count else law.cdf(hit)
+            assert tail <= np.exp(-unlikely(hit, size, count, total)) * (1.0 + 1e-12)

@@ -1,6 +1,6 @@
 """What a campaign's report says of its keys: how much each explains, and how flights do over it."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from html import escape
 
 from quadstep.metrics.statistics import Estimate
@@ -11,7 +11,7 @@ from quadstep.studies.campaign.pictures import ByKey
 from quadstep.studies.campaign.report_text import paragraphs, percent
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import Interaction, certain
-from quadstep.studies.campaign.splits import Split
+from quadstep.studies.campaign.splits import with_option
 from quadstep.studies.campaign.varied import Bins
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
@@ -24,25 +24,24 @@ FIRST_ORDER = (
 
 
 def ranking(
-    campaign: Campaign, estimates: Mapping[str, Mapping[str, Estimate]], said: Mapping[str, tuple[str, Interaction | None]]
-) -> list[TableSection]:
+    campaign: Campaign, estimates: Mapping[str, Mapping[str, Estimate]], said: Mapping[str, tuple[str, Interaction | None]],
+    named: Collection[str] = (),
+) -> list[TableSection]:  # fmt: skip
+    """named: keys that failures go with."""
     lines = []
     for name, (why, pair) in said.items():
         if why:
             lines.append(f"The causes of {name} are not analysed: {why}.")
             continue
         shares = {key: one[name] for key, one in estimates.items() if name in one}
-        clear = {key: one for key, one in shares.items() if certain(one, len(shares))}
+        clear = {key: one for key, one in shares.items() if (key in named if name == FAILURE else certain(one, len(shares)))}
         key, *rest = sorted(shares, key=lambda key: -shares[key].value)
-        if clear and shares[key].low > max((shares[one].high for one in rest), default=0.0):
+        if key in clear and (not rest or shares[key].low > max(shares[one].high for one in rest)):
             most = "the largest share: " if rest else ""
             line = f"Of {name}, {words(key)} explains {most}{percent(shares[key])} % of the variance."
         elif clear:
             line = f"It is not decided which key matters most for {name}: the largest estimate is that of {words(key)}, "
-            line += f"{percent(shares[key])} % of the variance, and the interval of another key overlaps it."
-        elif not rest and shares[key].high > 0.0:
-            line = f"How much of the variance of {name} is due to {words(key)} is not known to be above zero: "
-            line += f"{percent(shares[key])} %. A small share can still be a clear trend: see the figures."
+            line += f"{percent(shares[key])} % of the variance."
         else:
             line = f"No single key explains a share of {name} that differs significantly from zero."
         if clear and not rest:
@@ -89,22 +88,33 @@ def keys(count: int, most: int) -> TableSection:
     return TableSection("Individual keys", "keys", text=text)
 
 
-def over_key(one: Split, statistical: bool, unit: str, bins: Bins, shown: ByKey) -> str:
-    """What to see of the flights over a key: where most and fewest fail, and where the error is extreme. statistical: whether
-    the flights say something of others.
+def over_key(key: str, said: Sequence[str], bins: Bins, lines: Mapping[str, ByKey], unit: str) -> str:
+    """What to see of the flights over a key. said: of their failures, nothing if chance explains these; lines: by the value of
+    another key, those whose median error is told.
     """
+    found = " ".join(said) or f"No range of {words(key)} has more failures than chance explains."
+    for what, shown in lines.items():
+        if len(shown.errors) > 1:
+            order = sorted((float(some[1]), place) for place, some in shown.errors.items())
+            least, most = (
+                f"{units.quantity(error, 'm')} {group(key, bins, place, unit)}" for error, place in (order[0], order[-1])
+            )
+            which = f"that complete{' with ' * bool(what)}{what}"
+            found += f" Of those {which}, the median RMSE is between {least} and {most}."
+    return f"{found[0].upper()}{found[1:]}"
 
-    def group(place: int) -> str:
-        if bins.edges is None:
-            return f"with {words(one.key)} = {bins.labels[place]}"
-        return units.numerals(f"from {bins.edges[place]:.3g} to {bins.edges[place + 1]:.3g} {unit}".rstrip(" -"))
 
-    said = f"{one.sentence}{'; this may be chance' * (statistical and not one.clear)}." if len({*one.shares}) > 1 else (
-        f"{words(one.key)}: {units.percent(one.shares[0])} of the flights fail in every group."
-        if one.shares else f"{words(one.key)}: too few flights to tell where more fail."
-    )  # fmt: skip
-    if len(shown.errors) > 1:
-        ends = [edge(shown.errors, key=lambda place: shown.errors[place][1]) for edge in (min, max)]
-        least, most = (f"{units.quantity(float(shown.errors[end][1]), 'm')} {group(end)}" for end in ends)
-        said += f" Of those that complete, the median RMSE is between {least} and {most}."
-    return f"{said[0].upper()}{said[1:]}"
+def extremes(key: str, bins: Bins, lines: Mapping[str, ByKey], unit: str) -> str:
+    """Where most and fewest fail."""
+    good = next(iter(lines.values())).good
+    least, most = (edge(good, key=lambda place: good[place].value) for edge in (min, max))
+    if good[least].value == good[most].value:
+        return f"{words(key)}: {units.percent(1.0 - good[least].value)} of the flights fail in every group."
+    shares = [f"{units.percent(1.0 - good[at].value)}{{}} {group(key, bins, at, unit)}" for at in (least, most)]
+    return f"{words(key)}: {shares[0].format(' fail')}, but {shares[1].format('')}."
+
+
+def group(key: str, bins: Bins, place: int, unit: str) -> str:
+    if bins.edges is None:
+        return f"with {with_option(key, bins.labels[place])}"
+    return units.numerals(f"from {bins.edges[place]:.3g} to {bins.edges[place + 1]:.3g} {unit}".rstrip(" -"))

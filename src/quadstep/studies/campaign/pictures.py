@@ -182,11 +182,11 @@ class ByKey(NamedTuple):
     errors: dict[int, Numbers]
 
 
-def by_key(bins: Bins, success: NDArray[np.bool_], rmse: Numbers) -> ByKey:
-    """The flights of each bin. rmse: one number per flight, NaN where it did not complete."""
-    counts = np.bincount(bins.places, minlength=bins.size)
-    good = np.bincount(bins.places, success, minlength=bins.size).astype(int)
-    known = np.isfinite(rmse)
+def by_key(bins: Bins, success: NDArray[np.bool_], rmse: Numbers, where: NDArray[np.bool_]) -> ByKey:
+    """Some flights of each bin. rmse: one number per flight, NaN where it did not complete; where: which."""
+    counts = np.bincount(bins.places[where], minlength=bins.size)
+    good = np.bincount(bins.places[where], success[where], minlength=bins.size).astype(int)
+    known = np.isfinite(rmse) & where
     places, values = bins.places[known], rmse[known]
     small = places.astype(np.int16)  # sorted by counting
     apart = np.split(values[np.argsort(small, kind="stable")], np.cumsum(np.bincount(places, minlength=bins.size))[:-1])
@@ -194,8 +194,8 @@ def by_key(bins: Bins, success: NDArray[np.bool_], rmse: Numbers) -> ByKey:
     return ByKey({i: share(int(good[i]), int(counts[i])) for i in np.flatnonzero(counts).tolist()}, errors)
 
 
-def draw_key(path: Path, key: str, bins: Bins, shown: ByKey, sheet: Sheet = SCREEN) -> None:
-    """Success rate and position RMSE over one key."""
+def draw_key(path: Path, key: str, bins: Bins, lines: Mapping[str, ByKey], sheet: Sheet = SCREEN) -> None:
+    """Success rate and position RMSE over one key. lines: by the value of another key, if that matters much."""
     with drawing(sheet):
         crowded, columns = len(bins.labels) > 5, sheet.side_by_side(2, 3.0)
         room = 0.75 * sheet.inches(COLUMN) / columns / max(1, bins.size)
@@ -208,9 +208,13 @@ def draw_key(path: Path, key: str, bins: Bins, shown: ByKey, sheet: Sheet = SCRE
         figure = new_figure(sheet, size, 0.075, below / height, 0.985, 1.0 - 0.3 / height, 0.2)
         axes = figure.subplots(2 // columns, columns, squeeze=False).ravel()
         success, errors = axes
-        draw_success(success, bins, shown.good)
-        draw_errors(errors, bins, shown.errors)
+        draw_success(success, bins, {what: shown.good for what, shown in lines.items()})
+        draw_errors(errors, bins, {what: shown.errors for what, shown in lines.items()})
+        if len(lines) > 1:
+            success.legend(loc="best")
         for one in axes:
+            if bins.edges is not None and bins.edges[0] < bins.edges[-1]:
+                one.set_xlim(bins.edges[0], bins.edges[-1])
             one.set_xlabel(key)
             if bins.edges is None:
                 one.set_xticks(range(bins.size), labels)
@@ -225,39 +229,45 @@ def draw_key(path: Path, key: str, bins: Bins, shown: ByKey, sheet: Sheet = SCRE
         write(figure, path, sheet)
 
 
-def draw_success(axes: Axes, bins: Bins, good: Mapping[int, Estimate]) -> None:
+def draw_success(axes: Axes, bins: Bins, lines: Mapping[str, Mapping[int, Estimate]]) -> None:
     """The share of successes in each bin, with its interval."""
-    places = list(good)
-    value, low, high = (100.0 * np.array(part) for part in zip(*good.values(), strict=True))
-    bottom = max(0.0, 100.0 - 1.15 * (100.0 - float(low.min())))
-    at, left, right = across(bins, places)
-    axes.hlines(value, left, right, color=LINE, linewidth=1.2)
-    axes.vlines(at, low, high, color="0.4", linewidth=1.0)
-    axes.plot(at, value, linestyle="", marker="o", markersize=3.0, color=LINE)
+    least = 100.0
+    for color, (name, good) in zip(CURVES, lines.items(), strict=False):
+        value, low, high = (100.0 * np.array(part) for part in zip(*good.values(), strict=True))
+        at, left, right = across(bins, list(good))
+        axes.hlines(value, left, right, color=color, linewidth=1.2)
+        axes.vlines(at, low, high, color="0.4" if len(lines) == 1 else color, linewidth=1.0)
+        axes.plot(at, value, linestyle="", marker="o", markersize=3.0, color=color, label=name)
+        least = min(least, float(low.min()))
+    bottom = max(0.0, 100.0 - 1.15 * (100.0 - least))
     axes.set_ylim(bottom if bottom < 100.0 else 99.0, 100.0 + 0.04 * (100.0 - bottom or 1.0))
     axes.set_title("succeed [%], with exact 95 % intervals")
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:.10g}"))
 
 
-def draw_errors(axes: Axes, bins: Bins, errors: Mapping[int, Numbers]) -> None:
+def draw_errors(axes: Axes, bins: Bins, lines: Mapping[str, Mapping[int, Numbers]]) -> None:
     """Median and the middle 80 % of the position RMSE in each bin."""
-    unit, factor = units.handy("m", max((float(some[-1]) for some in errors.values()), default=0.0))
+    every = np.array([some for errors in lines.values() for some in errors.values()]).reshape(-1, len(QUANTILES))
+    unit, factor = units.handy("m", float(every.max(initial=0.0)))
     axes.set_title(f"position RMSE [{unit}]: median and middle 80 %")
-    if not errors:
+    if not len(every):
         axes.text(0.5, 0.5, "none completed", transform=axes.transAxes, ha="center")
         return
-    places = list(errors)
-    low, middle, high = factor * np.array(list(errors.values())).T
-    at, left, right = across(bins, places)
-    if bins.edges is None:
-        axes.bar(at, high - low, right - left, low, **FILL)
-        axes.hlines(middle, left, right, color=LINE, linewidth=1.6)
-    else:
-        axes.fill_between(at, low, high, linewidth=0.0, **FILL)
-        axes.plot(at, middle, color=LINE, linewidth=1.4, marker="o", markersize=2.5)
-    if spans_decades(float(low.min()), float(high.max())):
-        axes.set_ylim(0.8 * float(low.min()), 1.25 * float(high.max()))
+    for color, errors in zip(CURVES, lines.values(), strict=False):
+        if not errors:
+            continue
+        low, middle, high = factor * np.array(list(errors.values())).T
+        at, left, right = across(bins, list(errors))
+        if bins.edges is None:
+            axes.bar(at, high - low, right - left, low, color=color, alpha=0.35)
+            axes.hlines(middle, left, right, color=color, linewidth=1.6)
+        else:
+            axes.fill_between(at, low, high, linewidth=0.0, color=color, alpha=0.35)
+            axes.plot(at, middle, color=color, linewidth=1.4, marker="o", markersize=2.5)
+    least, most = factor * float(every.min()), factor * float(every.max())
+    if spans_decades(least, most):
+        axes.set_ylim(0.8 * least, 1.25 * most)
         logarithmic(axes, "y")
     else:
         axes.set_ylim(bottom=0.0)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.io.run_record import FIGURES
 from quadstep.metrics.statistics import Estimate
-from quadstep.mission.fields import label, unit, words
+from quadstep.mission.fields import label, unit
 from quadstep.mission.schema import Mission
 from quadstep.report import markup
 from quadstep.report.drawing import FigureJob
@@ -40,7 +40,7 @@ from quadstep.studies.campaign.sensitivity import (
     strongest_interaction,
 )
 from quadstep.studies.campaign.single import MOST_POINTS, FlownAgain, draw_points, flown_again, others, write_flights
-from quadstep.studies.campaign.splits import groups_of, split
+from quadstep.studies.campaign.splits import few_values, named_in, values_of
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import CampaignSummary
 from quadstep.studies.campaign.varied import VariedKey, bins, varied_keys
@@ -212,19 +212,22 @@ def key_sections(
     if sum(map(len, ranking.values())) >= FEWEST_BARS:
         first = {label(campaign.mission, key): ranking[key] for key in list(ranking)[: 2 * MOST_PICTURES]}
         draw_ranking(of.folder / "ranking", first, of.sheet)
-    body += key_text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()})
+    named = {key: said for key in keys if (said := named_in(of.summary.findings, key))}
+    body += key_text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()}, named)
     body.append(key_text.keys(len(keys), MOST_PICTURES))
     others: list[Figure] = []
+    clear = {key for key in keys if key_text.ERROR in ranking[key] and certain(ranking[key][key_text.ERROR], len(ranking))}
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
         cut = bins(columns[key], campaign.file.vary.get(key))
         name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
-        shown, full = by_key(cut, success, rmse), label(campaign.mission, key)
-        draw_key(of.folder / name, full, cut, shown, of.sheet)
-        parts = split(~success, key, columns[key], unit(campaign.mission, key), groups_of(columns))
-        said = key_text.over_key(parts, of.summary.statistical, unit(campaign.mission, key), cut, shown)
-        told = len(keys) == 1 or parts.clear or any(words(key) in one for one in of.summary.findings)
-        matters = told or any(certain(found, len(ranking)) for found in ranking[key].values())
-        (body if matters else others).append(figure(name, said))
+        apart = next((other for other in ranking if other in {*named, *clear} - {key} and few_values(columns[other])), None)
+        lines = {what: by_key(cut, success, rmse, where) for what, where in values_of(apart, columns, len(success)).items()}
+        draw_key(of.folder / name, label(campaign.mission, key), cut, lines, of.sheet)
+        name_of_unit = unit(campaign.mission, key)
+        told = named.get(key) or ([] if of.summary.statistical else [key_text.extremes(key, cut, lines, name_of_unit)])
+        median = key in clear or not of.summary.statistical
+        caption = key_text.over_key(key, told, cut, lines if median else {}, name_of_unit)
+        (body if len(keys) == 1 or key in {*named, *clear} else others).append(figure(name, caption))
     rest = "".join(one.html(of.out) for one in others)
     return [*body, *([markup.disclosure("Keys that make no significant difference", rest)] if rest else [])]
 

@@ -1,12 +1,14 @@
-"""What failures go with, where that is not chance: what all flights of a kind have in common, and the keys over which the
-share of failures differs.
+"""What failures go with, where that is not chance: the ranges of the keys in which more flights fail, or fewer, overall or
+within one value of a choice, and what all flights of a kind have in common.
 
 A part of the flights, chosen by their keys alone, would hold so many of the failures by chance with at most the probability
 of Hoeffding's bound for draws without replacement (1963); it counts as often as there are parts and sides to choose from.
 """
 
+import contextlib
 import itertools
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -14,7 +16,7 @@ import numpy as np
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from quadstep.metrics.statistics import LEVEL
+from quadstep.metrics.statistics import LEVEL, share
 from quadstep.mission.fields import unit, words
 from quadstep.report import units
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS
@@ -27,46 +29,56 @@ Flights = NDArray[np.bool_]
 FEWEST, MOST, DIGITS = 3, 0.6, 3
 """Fewest flights that have anything in common; most of all flights that may; digits of where a key begins or ends."""
 
-GROUPS, A_GROUP, NAMED = 5, 20, 3
-"""Groups of equal count by a number, the fewest flights of one that is told, and the most keys."""
+STEPS, A_GROUP, NAMED, BANDS = 40, 20, 3, 3
+"""About how many ends of ranges a number is tried at; the fewest flights on either side; most keys and most ranges told."""
+
+MOST_LINES = 3
+"""Most values of a choice that have lines of their own over the other keys."""
 
 
-class Split(NamedTuple):
-    """Flights by a key. groups: by its values, in order, and what they are called; ranged: whether by ranges; shares: of them
-    that fail; more: whether more than can be chance; clear: whether any are more, or fewer.
+class KeyOrder(NamedTuple):
+    """An order of the flights by a key. places: of each flight between the ends that are tried; ends: as they are told; about:
+    the value that distances count from, where they are the order.
     """
 
     key: str
-    ranged: bool
-    groups: list[tuple[Flights, str]]
-    shares: list[float]
-    more: list[bool]
-    clear: bool
+    places: NDArray[np.int64]
+    ends: list[str]
+    unit: str
+    about: str = ""
+    ordered: bool = True
 
-    @property
-    def worst(self) -> int:
-        return int(np.argmax(self.shares))
+    def range_text(self, low: int, high: int) -> str:
+        """How flights from one place to before another are called."""
+        if not self.ordered:
+            return f"with {with_option(self.key, self.ends[low])}"
+        last, near = high > len(self.ends), f" {'from' if low else 'of'} {self.about}{self.unit}" * bool(self.about)
+        if not low:
+            return f"{'within' if near else 'below'} {self.ends[high - 1]}{self.unit}{near}"
+        if last:
+            return f"{self.ends[low - 1]}{self.unit} or more{near}" if near else f"from {self.ends[low - 1]}{self.unit} on"
+        return f"{'' if near else 'from '}{self.ends[low - 1]} to {self.ends[high - 1]}{self.unit}{near}"
 
-    @property
-    def between(self) -> float:
-        """How much the shares differ: their variance, times the number of flights."""
-        sizes = [int(part.sum()) for part, _ in self.groups]
-        return float(np.cov(self.shares, fweights=sizes, ddof=0)) * sum(sizes) if len(sizes) > 1 else 0.0
+
+class Split(NamedTuple):
+    """Flights by a key. bands: failures and flights of each range or value, and what it is called; score: how much better they
+    explain who fails than one share does, less what chance may do; above 0 where they differ by more than chance. within: of
+    flights with this only.
+    """
+
+    key: str
+    bands: list[tuple[int, int, str]]
+    score: float
+    within: str = ""
 
     @property
     def sentence(self) -> str:
-        """Where most fail and where fewest; both ends of the key, where more fail at both."""
-        best, last = int(np.argmin(self.shares)), len(self.shares) - 1
-        ends = [0, last] if self.ranged and 0 < best < last and self.more[0] and self.more[last] else [self.worst]
+        """Of each band how many fail, the most first."""
         said = [
-            f"{units.percent(self.shares[one])} {'' if self.ranged else 'with '}{self.groups[one][1]}" for one in (*ends, best)
+            f"{hit} of {size} {'flights fail ' * (not place)}({units.percent(*share(hit, size))}) {text}"
+            for place, (hit, size, text) in enumerate(sorted(self.bands, key=lambda one: -one[0] / one[1]))
         ]
-        said[0] = said[0].replace("%", "% fail", 1)
-        return f"{words(self.key)}: {units.listed(said[:-1])}, but {said[-1]}"
-
-    @property
-    def at_worst(self) -> str:
-        return f"{words(self.key)} {self.groups[self.worst][1]}" if self.ranged else self.groups[self.worst][1]
+        return f"{words(self.key)}: {', '.join(said[:-1])}, but {said[-1]}"
 
 
 def failures_go_with(store: Store, campaign: Campaign) -> list[str]:
@@ -74,83 +86,171 @@ def failures_go_with(store: Store, campaign: Campaign) -> list[str]:
     flown, columns = store.read([OUTCOME, SUCCESS]), varied_keys(store, campaign.file)
     failed, early = ~flown[SUCCESS].to_numpy(), pc.not_equal(flown[OUTCOME].cast("string"), OUTCOMES[0]).to_numpy()
     kinds = {"flights above a limit": failed & ~early, "lost flights": early}
-    return findings(failed, kinds, columns, {key: unit(campaign.mission, key) for key in columns})
+    nominal = {key: value_at(campaign.mission, key) for key in columns}
+    return findings(failed, kinds, columns, {key: unit(campaign.mission, key) for key in columns}, nominal)
+
+
+def named_in(said: Sequence[str], key: str) -> list[str]:
+    """Those of the findings that name a key."""
+    return [one for one in said if re.search(rf"\b{re.escape(words(key))}\b", one)]
+
+
+def value_at(section: object, key: str) -> float:
+    """The number at a key of a mission; NaN where there is none."""
+    with contextlib.suppress(AttributeError, IndexError, TypeError, ValueError):
+        for part in key.split("."):
+            section = section[int(part)] if part.isdecimal() else getattr(section, part)  # type: ignore[index]
+        return float(section)  # type: ignore[arg-type]
+    return math.nan
 
 
 def findings(
-    failed: Flights, kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], unit_of: Mapping[str, str]
-) -> list[str]:
-    """What failures go with, in sentences. kinds, unit_of: as `in_common` has them."""
-    found = splits(failed, columns, unit_of)[:NAMED]
-    said = [f"How many flights fail varies with {'; with '.join(one.sentence for one in found)}."] if found else []
-    said += [*joint(failed, found[:2], groups_of(columns) ** 2), *in_common(kinds, columns, unit_of)]
+    failed: Flights, kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], unit_of: Mapping[str, str],
+    nominal: Mapping[str, float] = {},
+) -> list[str]:  # fmt: skip
+    """What failures go with, in sentences. kinds, unit_of: as `in_common` has them; nominal: values of keys in the mission."""
+    said = []
+    for one in splits(failed, columns, unit_of, nominal):
+        said.append(f"{f'With {one.within}, how' if one.within else 'How'} many flights fail varies with {one.sentence}.")
+    said += in_common(kinds, columns, unit_of)
     if said and not any(key.startswith("controller") for key in columns):
         said.append("No gain varies here, so these flights do not say which gains would help.")
     return said
 
 
-def groups_of(columns: Mapping[str, VariedKey]) -> int:
-    return sum(GROUPS if one.options is None else len(one.options) for one in columns.values())
+def splits(
+    failed: Flights, columns: Mapping[str, VariedKey], unit_of: Mapping[str, str], nominal: Mapping[str, float] = {}
+) -> list[Split]:
+    """The keys over which the share of failures differs, those first that explain most; if one key and, within each of its
+    values, one other explain more, these.
+    """
+    scales = [scale for key, one in columns.items() for scale in scales_of(key, one, unit_of[key], nominal.get(key, math.nan))]
+    choices = [(key, one, one.options) for key, one in columns.items() if one.options is not None]
+    tried = sum(len(one.ends) + 1 for one in scales) * (1 + sum(len(options) for *_, options in choices))
+    alone = best_of_keys(failed, np.ones(len(failed), bool), scales, tried)
+    found, most = alone, max((one.score for one in alone), default=0.0)
+    for key, one, options in choices:
+        others = [scale for scale in scales if scale.key != key]
+        inner = [
+            best._replace(within=with_option(key, text))
+            for place, text in enumerate(options)
+            for best in best_of_keys(failed, one.values == place, others, tried)[:1]
+        ]
+        own = [split for split in alone if split.key == key]
+        score = sum(split.score for split in (*own, *inner)) - (0.0 if own else cost(tried))
+        if inner and score > most:
+            used = {key, *(split.key for split in inner)}
+            found, most = [*own, *inner, *(split for split in alone if split.key not in used)], score
+    return found[: max(NAMED, sum(bool(one.within) for one in found) + 1)]
 
 
-def splits(failed: Flights, columns: Mapping[str, VariedKey], unit_of: Mapping[str, str]) -> list[Split]:
-    """The keys over which the share of failures differs, those first whose groups differ most."""
-    tried = groups_of(columns)
-    found = [split(failed, key, one, unit_of[key], tried) for key, one in columns.items()]
-    return sorted([one for one in found if one.clear], key=lambda one: -one.between)
+def best_of_keys(failed: Flights, where: Flights, scales: Sequence[KeyOrder], tried: int) -> list[Split]:
+    """The keys over which the share of failures differs among some flights, the best scale of each."""
+    found = sorted((split(failed, where, one, tried) for one in scales), key=lambda one: -one.score)
+    return list({one.key: one for one in reversed(found) if one.score > 0.0}.values())[::-1]
 
 
-def split(failed: Flights, key: str, one: VariedKey, unit: str, tried: int) -> Split:
-    """tried: groups of all keys."""
-    groups = [group for group in grouped(key, one, unit) if group[0].sum() >= A_GROUP]
-    clear = [2 * tried * chance(failed, part) < 1.0 - LEVEL for part, _ in groups]
-    shares = [float(failed[part].mean()) for part, _ in groups]
-    more = [sure and share > failed.mean() for sure, share in zip(clear, shares, strict=True)]
-    return Split(key, one.options is None, groups, shares, more, any(clear))
-
-
-def joint(failed: Flights, found: Sequence[Split], tried: int) -> list[str]:
-    """That most fail where two keys are at their worst, if more do than can be chance where either is."""
-    if len(found) < 2:
-        return []
-    either = [one.groups[one.worst][0] for one in found]
-    both = either[0] & either[1]
-    share = float(failed[both].mean()) if both.sum() >= A_GROUP else 0.0
-    if any(share <= failed[part].mean() or tried * chance(failed[part], both[part]) >= 1.0 - LEVEL for part in either):
-        return []
-    return [f"With {found[0].at_worst} and {found[1].at_worst} together, {units.percent(share)} fail."]
-
-
-def chance(failed: Flights, part: Flights) -> float:
-    """At most how likely it is that a part of the flights, drawn at random, holds as many of the failures, or as few."""
-    flights, count, size, hit = len(failed), int(failed.sum()), int(part.sum()), int((failed & part).sum())
-    return min(bound(hit, count, size / flights), bound(hit, size, count / flights))
-
-
-def bound(hit: int, drawn: int, share: float) -> float:
-    """On how likely it is that so many of those drawn are of a share of all."""
-    if not drawn or share in (0.0, 1.0):
-        return 1.0
-    sides = ((hit / drawn, share), (1.0 - hit / drawn, 1.0 - share))
-    return math.exp(-drawn * sum(p * math.log(p / q) for p, q in sides if p > 0.0))
-
-
-def grouped(key: str, one: VariedKey, unit: str) -> list[tuple[Flights, str]]:
-    """All flights by the values of a key: each, or about a fifth of the flights; and what the group is called."""
+def scales_of(key: str, one: VariedKey, unit: str, nominal: float) -> list[KeyOrder]:
+    """The orders of a key: its values, in round steps and tenths of the flights; and how far it is from the mission's."""
+    suffix = units.unit_suffix(unit or "-")
     if one.options is not None:
-        return [(one.values == place, with_option(key, text)) for place, text in enumerate(one.options)]
-    ends = np.quantile(one.values, np.linspace(0.0, 1.0, GROUPS + 1)[1:-1])
-    edges = np.unique([units.rounded_down(float(end), DIGITS) for end in ends])
-    places, shown = np.searchsorted(edges, one.values, side="right"), [units.number(float(edge)) for edge in edges]
-    between = [f"from {low} to {high}" for low, high in itertools.pairwise(shown)]
-    told = [f"below {shown[0]}", *between, f"from {shown[-1]}"]
-    return [
-        (places == at, f"{text}{units.unit_suffix(unit or '-')}{' on' * (at == len(edges))}") for at, text in enumerate(told)
-    ]
+        if one.parts.ordered:
+            return [KeyOrder(key, one.values.astype(np.int64), [*one.options[1:]], suffix)]
+        return [KeyOrder(key, one.values.astype(np.int64), [*one.options], "", ordered=False)]
+    found = [(one.values, "")]
+    if one.values.min() < nominal < one.values.max():
+        found.append((np.abs(one.values - nominal), units.numerals(f"{nominal:.6g}")))
+    return [KeyOrder(key, *cut(values), suffix, about) for values, about in found]
+
+
+def cut(values: NDArray[np.float64]) -> tuple[NDArray[np.int64], list[str]]:
+    """The places of numbers between round ones, and these."""
+    rough = float(np.ptp(values)) / STEPS or 1.0
+    digit = 10.0 ** math.floor(math.log10(rough))
+    step = digit * min((1.0, 2.0, 5.0, 10.0), key=lambda many: abs(math.log(many * digit / rough)))
+    round_ones = step * np.arange(math.ceil(values.min() / step), math.floor(values.max() / step) + 1)
+    tenths = np.quantile(values, np.linspace(0.1, 0.9, 9))
+    texts = {f"{end:.{DIGITS}g}" for end in (*round_ones, *tenths)}
+    ends = sorted(float(text) for text in texts)
+    return np.searchsorted(ends, values, side="right"), [units.numerals(f"{end:.{DIGITS}g}") for end in ends]
+
+
+def cost(tried: int) -> float:
+    """What a bound's exponent must exceed for one of so many parts, on two sides, at two stages, to be no chance."""
+    return math.log(4.0 * tried / (1.0 - LEVEL))
+
+
+def split(failed: Flights, where: Flights, scale: KeyOrder, tried: int) -> Split:
+    """Some flights along a scale, cut where that explains most, as often as the parts then differ by more than chance. tried:
+    the cuts of all scales, among all flights and within each value of a choice.
+    """
+    size = len(scale.ends) + scale.ordered
+    flights = np.bincount(scale.places[where], minlength=size)
+    hits = np.bincount(scale.places[where & failed], minlength=size)
+    count, total = int(hits.sum()), int(flights.sum())
+    if not scale.ordered:
+        groups = [
+            (int(hits[at]), int(flights[at]), scale.range_text(at, at + 1)) for at in range(size) if flights[at] >= A_GROUP
+        ]
+        clear = any(unlikely(hit, some, count, total) > cost(tried) for hit, some, _ in groups)
+        gain = sum(some * divergence(hit / some, count / total) for hit, some, _ in groups)
+        return Split(scale.key, groups, clear * max(gain - cost(tried), 1e-9))
+    n, h = np.concatenate([[0], np.cumsum(flights)]).tolist(), np.concatenate([[0], np.cumsum(hits)]).tolist()
+    ends, score = [0, size], 0.0
+    while len(ends) <= BANDS:
+        needed = cost(tried * (1 if len(ends) == 2 else size**2))
+        found = [
+            (gained, at)
+            for low, high in itertools.pairwise(ends)
+            for at in range(low + 1, high)
+            if (gained := gain_at(h, n, low, at, high, needed)) > needed
+        ]
+        if not found:
+            break
+        gained, at = max(found)
+        ends, score = sorted([*ends, at]), score + gained - needed
+    parts = list(itertools.pairwise(ends)) if score else []
+    return Split(scale.key, [(h[high] - h[low], n[high] - n[low], scale.range_text(low, high)) for low, high in parts], score)
+
+
+def gain_at(h: list[int], n: list[int], low: int, at: int, high: int, needed: float) -> float:
+    """How much better two shares explain the failures of a range than one does; 0 where it may be chance. h, n: failures and
+    flights before each place.
+    """
+    hit, size, count, total = h[at] - h[low], n[at] - n[low], h[high] - h[low], n[high] - n[low]
+    if min(size, total - size) < A_GROUP or unlikely(hit, size, count, total) <= needed:
+        return 0.0
+    other = total - size
+    return size * divergence(hit / size, count / total) + other * divergence((count - hit) / other, count / total)
+
+
+def unlikely(hit: int, size: int, count: int, total: int) -> float:
+    """The logarithm of 1 / `chance` that so many of a part of the flights fail, where `count` of all do."""
+    if not count or not size or total in (count, size):
+        return 0.0
+    return max(count * divergence(hit / count, size / total), size * divergence(hit / size, count / total))
+
+
+def divergence(one: float, other: float) -> float:
+    """Of Kullback and Leibler, between two outcomes with these shares."""
+    sides = ((one, other), (1.0 - one, 1.0 - other))
+    return sum(p * math.log(p / q) for p, q in sides if p > 0.0)
 
 
 def with_option(key: str, text: str) -> str:
     return f"{words(key)} {({'true': 'on', 'false': 'off'}).get(text, f'= {text}')}"
+
+
+def few_values(one: VariedKey) -> bool:
+    return one.options is not None and not one.parts.ordered and len(one.options) <= MOST_LINES
+
+
+def values_of(key: str | None, columns: Mapping[str, VariedKey], flights: int) -> dict[str, Flights]:
+    """The flights with each value of a choice; all without one."""
+    if key is None:
+        return {"": np.ones(flights, bool)}
+    one = columns[key]
+    return {with_option(key, text): one.values == place for place, text in enumerate(one.options or ())}
 
 
 def in_common(kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], unit_of: Mapping[str, str]) -> list[str]:
