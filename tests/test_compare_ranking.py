@@ -194,11 +194,12 @@ def test_the_interval_of_a_median_difference_holds_it_as_often_as_it_says_whatev
 def test_quantiles_are_values_with_exact_intervals_and_losses_are_infinite():
     values = np.arange(1.0, 101.0)
     found = ordered_quantile(values, 0.5)
-    assert found == (50.0, 40.0, 61.0)  # Conover (1999): ranks from the binomial distribution
+    assert found == (50.5, 40.0, 61.0)  # Conover (1999): ranks from the binomial distribution
     few = ordered_quantile(np.arange(1.0, 13.0), 0.95)
     assert few.value == 12.0
     assert math.isnan(few.high)  # 12 flights cannot bound a 95 % quantile from above, which is not to say that one is lost
     assert ordered_quantile(np.array([1.0] * 4 + [math.inf] * 3), 0.5) == (1.0, 1.0, math.inf)
+    assert ordered_quantile(np.array([1.0] * 4 + [math.inf] * 4), 0.5).value == 1.0
     half = flown([1.0] * 94 + [math.inf] * 6)
     assert spread(half, METRIC).high.value == math.inf
     assert spread(half, METRIC).median.value == 1.0

@@ -2,6 +2,7 @@
 
 import math
 import re
+import statistics
 from collections import Counter
 from collections.abc import Iterator
 from itertools import combinations, count, islice
@@ -54,6 +55,12 @@ def equal_controllers(random: np.random.Generator) -> Iterator[bool]:
         yield all(len(leaders(found, place)) != 1 for place in cells)
 
 
+def middle(values: np.ndarray) -> float:
+    """The median; of two middle values of which one is a lost flight's, the other."""
+    usual = statistics.median(values.tolist())
+    return usual if math.isfinite(usual) else statistics.median_low(values.tolist())
+
+
 def lopsided(seed: int) -> Iterator[Attempt]:
     """Controllers of which some win most flights and some the median, some are alike, and some lose flights: no sentence says
     anything that flights and pairs do not.
@@ -82,7 +89,7 @@ def contradicted(found: Comparison, cells: dict[Situation, dict[str, CellFlights
     best, lead = Counter[str](), Counter[str]()
     for where, own in cells.items():
         said = of_situation(found, where)
-        medians = {name: float(np.sort(one.ranked(METRIC))[(len(one.lost) - 1) // 2]) for name, one in own.items()}
+        medians = {name: middle(one.ranked(METRIC)) for name, one in own.items()}
         pairs = {frozenset(one[:2]): one for one in found.ranked[where].pairs}
 
         def beats(

@@ -133,15 +133,17 @@ def quantile_difference(first: NDArray[np.float64], second: NDArray[np.float64],
 
 
 def ordered_quantile(values: NDArray[np.float64], q: float, tail: float = TAIL) -> Estimate:
-    """A quantile as one of the values, with an interval between two others, free of distribution and exact (Conover 1999).
+    """A quantile as one of the values, or a median as the mean of the middle two where both are finite. Its interval, between
+    two of the values, is free of distribution and exact (Conover 1999).
 
     Values may be infinite; an end of the interval for which there are too few values is NaN. tail: the chance that it misses
     the truth on either side. Needs at least one value.
     """
     ordered, count = np.sort(values), len(values)
     low, high = ranks_about(count, q, tail)
+    value = ordered[max(0, math.ceil(count * q) - 1)]
     return Estimate(
-        float(ordered[max(0, math.ceil(count * q) - 1)]),
+        float(0.5 * (value + above) if q == 0.5 and math.isfinite(above := ordered[count // 2]) else value),
         float(ordered[low - 1]) if low >= 1 else math.nan,
         float(ordered[high - 1]) if high <= count else math.nan,
     )
