@@ -31,14 +31,13 @@ def test_a_flight_breaks_the_rules_that_it_breaks(name):
     assert [rule.metric for rule in RULES if (metrics.get(rule.metric) or 0.0) > rule.most] == broken
     assert found.grade is (FlightGrade.FLEW_BUT if broken else FlightGrade.AS_ASKED)
     assert len(found.reasons) == len(broken)
-    said = ("times the limit for its path" if limit == 1 else f"limit {limit:g}" for limit in limits(broken))
-    assert all(words in reason for words, reason in zip(said, found.reasons, strict=True))
+    assert all(f"limit {limit:g}" in reason for limit, reason in zip(limits(broken), found.reasons, strict=True))
 
 
 def limits(broken):
     """The numbers that the sentences name."""
     named = {
-        "relative_error": 1,
+        "relative_error": 10,
         "heading_error[rad]": 30,
         "overturned[rad]": 90,
         "shaking[rad]": 5,
@@ -78,8 +77,8 @@ def test_a_longer_flight_is_not_advised_where_the_loop_at_rest_is_unstable(rest,
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.metric)
 def test_a_value_barely_over_its_limit_is_written_as_more_than_that(rule):
     (reason,) = graded({"outcome": "completed", rule.metric: 1.0003 * rule.most}).reasons
-    value, *limit = map(float, re.findall(r"\d+(?:\.\d+)?", reason))
-    assert [value] > (limit or [1.0])  # how often the limit, where that depends on the path
+    value, limit = map(float, re.findall(r"\d+(?:\.\d+)?", reason))
+    assert value > limit
 
 
 def test_every_rule_is_broken_by_a_flight():

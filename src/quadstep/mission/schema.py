@@ -269,10 +269,10 @@ class Mission(Section, metaclass=MissionMeta):
         return waypoints_of(self.path)
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
-        seen = seen_moments(log, self.moments)
-        jobs = flight_jobs(log, self.name, self.plant.efforts)
-        said = [of_marks(seen), *[""] * len(jobs)]  # once
-        return [job._replace(moments=seen, caption=f"{job.caption}{more}") for job, more in zip(jobs, said, strict=False)]
+        seen, since = seen_moments(log, self.moments, self.scored_from), self.scored_from
+        whole = f" This is of the whole flight; errors elsewhere count from {since:g} s on." if since else ""
+        jobs = enumerate(flight_jobs(log, self.name, self.plant.efforts))
+        return [one._replace(moments=seen, caption=one.caption + of_marks(seen) * (not i) + whole) for i, one in jobs]
 
     def plan(self, folder: Path | None = None, warn: bool = True, drawn: bool = False) -> FlightPlan:
         """The flight this mission describes, as laws and numbers. Raises UserError.

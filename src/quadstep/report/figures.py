@@ -24,7 +24,7 @@ from quadstep.report.canvas import (
     write,
 )
 from quadstep.report.moments import ROW, mark, rows_above
-from quadstep.report.panel import ASKED_FOR, LOG, SIGNED_LOG, STACKED, UNJUDGED, EventMark, Panel, Track, seen_from
+from quadstep.report.panel import ASKED_FOR, COMMANDED, LOG, SIGNED_LOG, STACKED, UNJUDGED, EventMark, Panel, Track, seen_from
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.units import label, prefixed, prose, suited
 
@@ -58,7 +58,8 @@ def legend(panel: Panel) -> list[str]:
     first, *others = panel.lines
     if panel.scale == STACKED:
         return [*map(label, panel.lines), TOGETHER]
-    return [FLOWN, DESIRED] if others == [f"{first}_d"] else list(map(label, panel.lines)) if others else []
+    wanted = COMMANDED if panel.unit == "rad" else DESIRED  # an angle follows from what the law commands
+    return [FLOWN, wanted] if others == [f"{first}_d"] else list(map(label, panel.lines)) if others else []
 
 
 def legends(panels: Sequence[Panel], rows: int) -> list[list[str]]:

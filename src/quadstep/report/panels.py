@@ -53,8 +53,9 @@ def of_position(log: FlightLog) -> str:
     i = int(np.argmax(sizes))
     final = listed([f"{quantity(abs(float(errors[-1, k])), 'm')} along {axis}" for k, axis in enumerate(axes)])
     said = f"The largest error along one axis is that along {axes[i]}, {quantity(sizes[i], 'm')} at {at(t, worst[i])}"
-    whole = float(np.linalg.norm(errors, axis=1).max())
-    said += f" (all axes together: {quantity(whole, 'm')})" if whole > 1.005 * sizes[i] else ""
+    whole = np.linalg.norm(errors, axis=1)
+    most, when = float(whole.max()), at(t, int(whole.argmax()))
+    said += f" (all axes together: {quantity(most, 'm')} at {when})" if most > 1.005 * sizes[i] else ""
     return f"{said}; at the end it is {final}."
 
 
@@ -254,16 +255,19 @@ def flight_jobs(log: FlightLog, name: str, efforts: Mapping[str, str] | None = N
     return [job for one in FIGURES.names for job in FIGURES.load(one)(log, name, efforts)]
 
 
-def seen_moments(log: FlightLog, moments: Sequence[EventMark]) -> tuple[EventMark, ...]:
-    """What figures over time mark: its loss, and of these moments those that it lived to see, but its start."""
+def seen_moments(log: FlightLog, moments: Sequence[EventMark], since: float = 0.0) -> tuple[EventMark, ...]:
+    """What figures over time mark: its loss, of these moments those that it lived to see, but its start, and until when
+    errors do not count.
+    """
     lost = [EventMark(log.ended, "", "lost")] if log.outcome is not Outcome.COMPLETED else []
-    return *lost, *(one for one in moments if 0.0 < one.time < log.ended)
+    seen = [one for one in moments if 0.0 < one.time < log.ended]
+    return *lost, *seen, *[EventMark(0.0, "", "not counted", since)] * (since > 0.0)
 
 
 def of_marks(moments: Sequence[EventMark]) -> str:
     """What these look like over time, to follow a caption."""
     lasting = " The strips above the axes show how long something lasts, from the dashed line at which it begins."
-    return lasting if any(one.word and one.until > one.time for one in moments) else ""
+    return lasting if any(one.word and one.until > one.time > 0.0 for one in moments) else ""
 
 
 def jobs_to_draw(jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:

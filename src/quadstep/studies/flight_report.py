@@ -51,7 +51,7 @@ def write_report(
     sections: list[Section] = [markup.links(places)]
     if "position" in metrics:
         said = size
-        said += f"Counted{counted}; figures show the whole flight. " if counted else ""
+        said += f"Counted{counted}; figures and their captions cover the whole flight. " if counted else ""
         header, rows = LOST if ending else HEADER, error_rows(metrics, ending)
         sections.append(TableSection("Errors", "errors", header, rows, said + ("" if seen else off)))
     if drawn[IN_SUMMARY:]:
@@ -146,7 +146,7 @@ def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
         return ""
     if not moves(log.table(*(f"{axis}_d" for axis in position_axes(log)))[log.column("t") >= since]):
         return ""
-    size = f"The path's size is {units.quantity(off / share, 'm')}, the RMSE of a vehicle that never leaves its start"
+    size = f"For scale: a vehicle that never left its start would have an RMSE of {units.quantity(off / share, 'm')}"
     return f"{size} (distances above {FAR:g} m count as {FAR:g} m). "
 
 
@@ -213,25 +213,25 @@ def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fa
         found.append(markup.Fact("largest error", units.quantity(largest, "m"), f"{along}{counted and f'; counted{counted}'}"))
     rest = rest_of(metrics)
     loop = [markup.Fact("loop at rest where the path begins", rest["grade"], rest["why"])] if rest else []
-    return [*found, *of_limits(metrics), *loop]
+    return [*found, *of_limits(metrics, ", in the whole flight" if counted else ""), *loop]
 
 
-def of_limits(metrics: Metrics) -> list[markup.Fact]:
-    """How close the vehicle came to its limits, as far as the flight has that."""
+def of_limits(metrics: Metrics, window: str = "") -> list[markup.Fact]:
+    """How close the vehicle came to its limits, as far as the flight has that. window: of what these are, after a comma."""
     found = []
     if "largest_tilt[rad]" in metrics:
         tilt = f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°"
-        found.append(markup.Fact("largest tilt", tilt, "between thrust and vertical"))
+        found.append(markup.Fact("largest tilt", tilt, f"between thrust and vertical{window}"))
     if "largest_thrust_share" in metrics:
         share = metric(metrics, "largest_thrust_share")
-        more = f"all rotors together used at most {units.percent(share)} of their full thrust"
+        more = f"all rotors together used at most {units.percent(share)} of their full thrust{window}"
         found.append(markup.Fact("smallest thrust margin", units.percent(1.0 - share), more))
     if "saturated_share" in metrics:
-        said = of_saturation(metrics, units.percent)
+        said = f"{of_saturation(metrics, units.percent)}{window}"
         found.append(markup.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), said))
     elif "rotors" in metrics and metric(metrics, "rotors", "least[N]") < 0.0:
         ends = (units.number(metric(metrics, "rotors", f"{end}[N]")) for end in ("least", "largest"))
-        more = "rotors cannot pull, but this vehicle does not limit them"
+        more = f"rotors cannot pull, but this vehicle does not limit them{window}"
         found.append(markup.Fact("thrust per rotor, not realisable", f"{' to '.join(ends)}\u00a0N", more))
     return found
 
@@ -256,8 +256,8 @@ def gain_rows(mission: "Mission") -> list[list[str]]:
     ]
 
 
-HEADER = ("", "RMSE", "largest", "final", "unit")
-LOST = ("", "RMSE", "largest", "in the last row", "when lost", "unit")
+HEADER = ("error", "RMSE", "largest", "final", "unit")
+LOST = ("error", "RMSE", "largest", "in the last row", "when lost", "unit")
 """Of the table of errors, and of that of a lost flight."""
 
 SMALL = 0.01
