@@ -447,7 +447,7 @@ def test_few_flights_lose_nothing_and_decide_nothing(tmp_path):
     said = " ".join(result.out.split())
     assert "Next: fly more. With so few flights no difference can be significant: 1 pair takes at least 6 flights each" in said
     assert re.search(r"\(median position RMSE .* are tied for best: 4 flights do not tell them apart", said)
-    assert "At rest where the path begins, the loop of " in result.out and " is sound: " in result.out
+    assert "At rest at the start of its path, the loop of " in result.out and " is sound: " in result.out
     assert "[-, -]" in (out / "report.html").read_text(encoding="utf-8")
     for text in (result.out, (out / "results.md").read_text(encoding="utf-8")):
         assert "lost]" not in text

@@ -97,13 +97,14 @@ def test_each_margin_is_held_against_its_limit(analysis):
 def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis):
     gain, phase, delay = graded(analysis).measures
     assert worst.finding(analysis) == (
-        "The loop is stable, but without enough margin (fragile): what limits it is the phase margin, "
+        "At rest at the start of its path, the loop is stable, but without enough margin (fragile): "
+        "what limits it is the phase margin, "
         f"{math.degrees(phase.value):.1f}° ({phase.channel}), where a sound loop has at least 30.0°. Smallest gain margin "
         f"{gain.value:.1f} dB ({gain.channel}), delay margin {1e3 * delay.value:.1f} ms ({delay.channel})."
     )
     asked = analysis._replace(limits=MarginLimits(0.9 * gain.value, 0.0, 0.0))
     assert worst.finding(asked).startswith(
-        "The loop is stable, with enough margin (sound): what limits it is the gain margin, "
+        "At rest at the start of its path, the loop is stable, with enough margin (sound): what limits it is the gain margin, "
     )
     assert worst.finding(analysis._replace(limits=MarginLimits(0.0, 0.0, 0.0))).startswith("Sound: smallest gain margin ")
     assert sentences(analysis)[0] == (
@@ -223,7 +224,7 @@ def test_fly_says_the_grade_in_its_output_its_report_and_its_metrics(tmp_path):
     run = quadstep("fly", mission, "--out", tmp_path / "out", "--figures", "svg")
     assert run.code == 0
     found = grade(read_mission(mission))
-    assert f"At rest where the path begins, its loop is {found.word}: {found.why}." in " ".join(run.out.split())
+    assert f"At rest at the start of its path, the loop is {found.word}: {found.why}." in " ".join(run.out.split())
     assert strict_json(tmp_path / "out" / "metrics.json")["margins_at_rest"] == {"grade": found.word, "why": found.why}
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")
     assert found.why.split(";")[0] in report
@@ -232,7 +233,7 @@ def test_fly_says_the_grade_in_its_output_its_report_and_its_metrics(tmp_path):
     (again,) = data_of(open_result(tmp_path / "out"))["flights"]
     assert again["facts"] == one["facts"]
     (listed,) = results(tmp_path)
-    assert listed.says.endswith(f"; at rest where the path begins, its loop is {found.word}")
+    assert listed.says.endswith(f"; at rest at the start of its path, the loop is {found.word}")
     page = quadstep("page", mission, "--out", tmp_path / "page.html")
     assert page.code == 0
     (shown,) = data_of((tmp_path / "page.html").read_text(encoding="utf-8"))["flights"]
@@ -248,7 +249,7 @@ def test_what_the_mission_s_flight_does_comes_before_a_grade_that_leaves_it_out(
     found = grade(read_mission(mission))
     said = strict_json(tmp_path / "linear" / "linear.json")["sentences"][0]
     lost = r"; however, the mission's flight is lost at [\d.]+ s \(more than 100 m from its path\)\."
-    assert re.fullmatch(re.escape(f"At rest where the path begins, its loop is sound: {found.why}") + lost, said)
+    assert re.fullmatch(re.escape(f"At rest at the start of its path, the loop is sound: {found.why}") + lost, said)
     assert found.why.endswith("; events are ignored")
     assert quick_grade(read_mission(mission))["why"] == found.why
     assert said in " ".join(run.out.split())
@@ -294,7 +295,7 @@ def test_a_campaign_says_the_grade_of_the_mission_as_written(tmp_path, more):
     run = quadstep("campaign", file, "--out", tmp_path / "out", *more)
     assert run.code in (0, 4), run.err  # 4: a probability that is not shown
     found = grade(read_mission(mission))
-    sentence = f"At rest where the path begins, the loop of the mission as written is {found.word}: {found.why}."
+    sentence = f"At rest at the start of its path, the loop of the mission as written is {found.word}: {found.why}."
     assert sentence in " ".join(run.out.split())
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")
     assert found.why.split(";")[0] in report

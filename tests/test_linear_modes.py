@@ -50,10 +50,10 @@ def test_what_keeps_its_value_is_counted_and_is_not_felt():
         assert np.abs(rows @ stay).max() < 1e-6 * np.abs(stay).max()
         stay = tick.step @ (tick.tasks @ stay)
     assert stay == pytest.approx(modes.staying.T * modes.units[:, None], abs=1e-9 * np.abs(stay).max())
-    (said,) = (one for one in sentences(analysis) if "keep their values" in one)
+    (said,) = (one for one in sentences(analysis) if "neither grow nor decay" in one)
     moving = max(np.abs(z) for z in modes.factors if abs(z - 1.0) > 1e-5)
     after = -analysis.loop.period.length / np.log(moving)
-    assert said.startswith(f"{kept} independent combinations of states keep their values, without effect on x, y, z and yaw; ")
+    assert said.startswith(f"{kept} modes neither grow nor decay, without effect on x, y, z and yaw: ")
     assert said.endswith(f". Of the others, the slowest mode has a time constant of {after:.3g} s.")
     assert f" {kept} " in " ".join(pole_rows(analysis.poles, analysis.in_words)[0])
 

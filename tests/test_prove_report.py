@@ -74,12 +74,12 @@ def test_the_tube_is_drawn_as_a_band_along_every_axis_in_one_unit(tmp_path):
     error = np.cumsum(bound, axis=0)
     (figure,) = of_tube(loop, error, bound)
     assert "It is widest along x and z, 100.1 mm to each side at" in figure.caption.replace("\u00a0", " ")
-    for panel, off, half in zip(figure.panels, error.T, bound.T, strict=True):
+    for panel, off, half in zip(figure.panels, 1e3 * error.T, 1e3 * bound.T, strict=True):
         low, high = panel.band
         np.testing.assert_allclose(0.5 * (low + high), off)
         np.testing.assert_allclose(0.5 * (high - low), half)
     axes = figure.picture().axes
-    assert {one.get_ylabel().partition("[")[2] for one in axes} == {"m]"}
+    assert {one.get_ylabel().partition("[")[2] for one in axes} == {"mm]"}
     assert all(len(one.collections) >= 1 for one in axes)
     figure.draw(tmp_path)
 
@@ -88,8 +88,8 @@ def test_the_band_is_the_tube_of_the_proof(proved):
     _, file, folder = proved
     (first,) = prove_mission(file, others=Unknown(start=1e-4)).pictures
     bound = np.array([0.5 * (panel.band[1] - panel.band[0]) for panel in first.panels]).T
-    assert np.all(bound[0] >= 1e-4)
-    assert bound.max(axis=0) == pytest.approx(read_certificate(folder / "tube.json").position.tolist(), rel=1e-12)
+    assert np.all(bound[0] >= 0.1)
+    assert (1e-3 * bound).max(axis=0) == pytest.approx(read_certificate(folder / "tube.json").position.tolist(), rel=1e-12)
 
 
 def test_hover_is_drawn_with_flights_that_stay_within_what_is_proved(tmp_path):

@@ -37,7 +37,7 @@ def test_what_it_writes_and_says(tmp_path):
     assert "<p>Nothing is random in this mission, so there is one flight with each set of gains." in report
     grade = metrics(out)["margins_at_rest"]
     assert grade["grade"] in ("fragile", "unstable")
-    rest = f"At rest where the path begins, the loop with the tuned gains is {grade['grade']}: "
+    rest = f"At rest at the start of its path, the loop with the tuned gains is {grade['grade']}: "
     assert re.search(
         rf"{better}: the objective falls by [\d.]+\s%\.</p><p>(The [^<]* falls from [^<]* to [^<]*\. ?)+{rest}", report
     )
@@ -68,11 +68,11 @@ REST = " the loop with the tuned gains"
 
 
 @pytest.mark.parametrize(("present", "tuned", "said"), [
-    ("sound", "fragile", f"at rest where the path begins,{REST} is fragile"),
-    ("fragile", "unstable", f"at rest where the path begins,{REST} is unstable"),
-    ("unstable", "unstable", f"at rest where the path begins,{REST} is unstable"),
-    ("not linearised", "unstable", f"at rest where the path begins,{REST} is unstable"),
-    ("sound", None, f"at rest where the path begins,{REST} is not linearised: ask `quadstep linear`"),
+    ("sound", "fragile", f"at rest at the start of its path,{REST} is fragile"),
+    ("fragile", "unstable", f"at rest at the start of its path,{REST} is unstable"),
+    ("unstable", "unstable", f"at rest at the start of its path,{REST} is unstable"),
+    ("not linearised", "unstable", f"at rest at the start of its path,{REST} is unstable"),
+    ("sound", None, f"at rest at the start of its path,{REST} is not linearised: ask `quadstep linear`"),
     ("sound", NO_REST, f"no rest was found for{REST}"),
     ("fragile", "fragile", ""),
     ("fragile", "sound", ""),
@@ -80,7 +80,7 @@ REST = " the loop with the tuned gains"
 ])  # fmt: skip
 def test_gains_whose_loop_is_worse_say_so_first(present, tuned, said):
     words = caution(*({"grade": one} if one else {} for one in (present, tuned)))
-    now = f"At rest where the path begins, the loop with the current gains is {present}."
+    now = f"At rest at the start of its path, the loop with the current gains is {present}."
     assert words == (f"Before you fly them: {said}. {now}" if said else "")
 
 
@@ -91,8 +91,10 @@ def test_a_gain_near_the_end_of_its_range_is_named(tmp_path, monkeypatch):
     done = tune(written(tmp_path, text), tmp_path / "out")
     assert "controller.Lambda1 is near its upper bound; a wider range may give more." in done.out
     assert "near its upper bound" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    rest = "at rest where the path begins, the loop with the tuned gains is unstable"
-    said = f"Before you fly them: {rest}: it grows. At rest where the path begins, the loop with the current gains is sound."
+    rest = "at rest at the start of its path, the loop with the tuned gains is unstable"
+    said = (
+        f"Before you fly them: {rest}: it grows. At rest at the start of its path, the loop with the current gains is sound."
+    )
     assert done.out.lower().count(rest) == 1, "not again below"
     assert done.out.replace("\n", " ").startswith(said)
     assert (tmp_path / "out" / "tuned.toml").read_text().startswith(f"# {said}\n")

@@ -35,6 +35,7 @@ from quadstep.mission.schema import Mission
 from quadstep.report.units import quantity
 
 FRAGILE, UNSTABLE, UNKNOWN = "fragile", "unstable", "not linearised"
+RISES, FALLS = "if the gain rises", "if the gain falls"
 
 
 class Measure(NamedTuple):
@@ -122,7 +123,7 @@ def least_of(analysis: Analysis) -> tuple[Measure, ...]:
         return Measure(what, value, bound, channel, scale, unit)
 
     return (
-        least("gain", analysis.limits.gain, 1.0, " dB", ("up", lambda one: one.up), ("down", lambda one: one.down)),
+        least("gain", analysis.limits.gain, 1.0, " dB", (RISES, lambda one: one.up), (FALLS, lambda one: one.down)),
         least("phase", analysis.limits.phase, math.degrees(1.0), "°", ("", lambda one: one.phase)),
         least("delay", analysis.limits.delay, 1e3, " ms", ("", lambda one: one.delay)),
     )

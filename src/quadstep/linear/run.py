@@ -99,10 +99,8 @@ def flown_from_rest(mission: Mission) -> str:
     if np.ptp(values) < 2.0 * LEAST:
         return f"{THERE}, it stays within {quantity(LEAST, 'm')} for {LONG:g} s: it grows too slowly to be seen."
     trend = ", still growing" if last > (1.0 + STEADY) * first else ", decaying" if last < (1.0 - STEADY) * first else ""
-    every = period(t[half:], values)
-    swing = f"it swings by {quantity(0.5 * float(last), 'm')} along {axis}"
-    about = f" every {quantity(every, 's')}" if every else ""
-    return f"{THERE}, it does not settle: {swing}{about}{trend}."
+    about = f" every {quantity(every, 's')}" if (every := period(t[half:], values)) else ""
+    return f"{THERE}, it does not settle: it swings by {quantity(0.5 * float(last), 'm')} along {axis}{about}{trend}."
 
 
 def period(t: Array, values: Array) -> float:
@@ -194,9 +192,10 @@ def for_latency(mission: Mission) -> list[str]:
 
 
 def with_limit(fact: markup.Fact, analysis: Analysis) -> markup.Fact:
-    """A least margin with what a sound loop needs of it, where that is more than nothing."""
-    asked = (one for one in graded(analysis).measures if one.limit and fact.what == f"smallest {one.what} margin")
-    needed = (f"a sound loop has at least {one.text(one.limit)}" for one in asked)
+    """A least margin with what a sound loop needs of it, and the largest sensitivity with what is customary."""
+    asked = (one for one in graded(analysis).measures if fact.what == f"smallest {one.what} margin")
+    needed = [f"a sound loop has at least {one.text(one.limit)}" if one.limit else "no limit applies" for one in asked]
+    needed += ["up to 2 is customary"] * (fact.what == worst.PEAK)
     return fact._replace(more="; ".join(filter(None, (fact.more, *needed))))
 
 
@@ -206,20 +205,21 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     phase = pairs[least_phase(analysis)]
     near = max(pairs, key=lambda pair: pair[1].sensitivity)
     over, late = max(moves, key=lambda one: one.overshoot), max(moves, key=lambda one: one.settling)
-    settles = (
-        f"the last to settle is {late.name}: within 2 % after {late.settling:.3g} s"
-        if math.isfinite(late.settling)
-        else f"{late.name} does not settle within 2 % in the time shown"
-    )
+    settled = f"the last to settle is {late.name}: within 2 % after {late.settling:.3g} s"
+    never = f"{late.name} does not settle within 2 % in the time shown"
+    alike = " Each quantity is drawn like the command that moves it." * ({"pitch", "roll"} <= {one.name for one, _ in pairs})
     return {
         "bode": "Where |L| falls through 0 dB, the phase's distance from −180° is the phase margin. It is smallest in "
         f"{phase[0].name}: {math.degrees(phase[1].phase):.1f}° at {phase[1].phase_at:.3g} rad/s. The bars mark it, and the "
-        "smallest gain margin, which is read where the phase crosses −180°. Phases that differ by 360° are the same: curves "
-        "are drawn without jumps, and each integration in the loop turns them by −90°.",
+        "smallest gain margin, which is read where the phase crosses −180°; dots mark their frequencies in the other panel. "
+        "Phases that differ by 360° are the same: curves are drawn without jumps, and each integration in the loop turns them "
+        "by −90°.",
         "step": "The path steps by 1 along one axis at a time. The largest overshoot is that of "
-        f"{over.name}, {100.0 * over.overshoot:.3g} %; {settles}.{off_the_step(moves)} Grades do not count overshoot.",
-        "nyquist": f"The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. The nearest is "
-        f"{near[0].name}, to {1.0 / near[1].sensitivity:.2g}: disturbances are amplified "
+        f"{over.name}, {100.0 * over.overshoot:.1f} %; {settled if math.isfinite(late.settling) else never}."
+        f"{off_the_step(moves)} Overshoot does not affect the grade.{alike}",
+        "nyquist": "The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. On the grey circle, "
+        "|L| is 1: the angle there between a curve and −1 is its phase margin. The nearest to −1 is "
+        f"{near[0].name}, at a distance of {1.0 / near[1].sensitivity:.2g}: disturbances are amplified "
         f"{near[1].sensitivity:.3g} times there. That the loop is stable is known from its poles, not from how often the part "
         "of a curve that is drawn here encircles −1.",
     }

@@ -1,9 +1,9 @@
-"""An analysis for people: tables in dB, degrees and milliseconds; Bode and Nyquist plots with each channel opened; steps."""
+"""Tables of an analysis in dB, degrees and milliseconds; Bode and Nyquist plots with each channel opened; steps."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import rcParams
@@ -32,11 +32,8 @@ METHOD = (
     "that change together: a disk margin of d allows all complex factors (1 + δ/2)/(1 − δ/2) with |δ| < d, among them gains "
     "up to (2 + d)/(2 − d) and phases up to 2 arctan(d/2)."
 )
-
 BENT = "The loop is not differentiable at rest: {1}. The margins are the worst of {0}."
-
 NEAR = "The loop has a kink near its rest, beyond which its slopes differ ({}). Margins are the worst of those at rest and {}."
-
 LATER = "The loop changes with time: this is the worst of the loops at the start and at t = {} s of the flight."
 
 SHOWN = 10
@@ -114,13 +111,13 @@ def sentences(analysis: Analysis, but: str = "") -> list[str]:
         return [answer, *later]
     moving = [pole for pole in analysis.poles if pole.frequency]
     mode = f"slowest mode has a time constant of {number(moving[0].time_constant, '.3g')} s." if moving else ""
-    slowest = f"The {mode}" if mode else ""
+    slowest = f"The {mode}" * bool(mode)
     kept = len(Modes(analysis.loop).staying)
     still = dict.fromkeys(name for pole in analysis.poles if not pole.frequency for name in pole.states)
     if kept:
-        one = "combination of states keeps its value" if kept == 1 else "independent combinations of states keep their values"
+        constant = "mode neither grows nor decays" if kept == 1 else "modes neither grow nor decay"
         felt = "" if analysis.not_held else f", without effect on {listed(period.pose.names)}"
-        slowest = f"{kept} {one}{felt}; involved: {analysis.in_words(still)}.{f' Of the others, the {mode}' if mode else ''}"
+        slowest = f"{kept} {constant}{felt}: {analysis.in_words(still)}.{f' Of the others, the {mode}' if mode else ''}"
     sampled = (
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )
@@ -180,6 +177,15 @@ MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
 """Margins drawn over time or over draws."""
 
 
+PLACES = {"thrust": 0, "z": 0, "yaw": 1, "pitch": 2, "x": 2, "roll": 3, "y": 3}
+"""Of the lines of channels and of what each moves."""
+
+
+def line(name: str, place: int) -> dict[str, Any]:
+    """The style of a channel, or of what it moves, in every figure. place: for any other name."""
+    return LINES[PLACES.get(name, place) % len(LINES)]
+
+
 def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
     """Magnitude [dB] and phase [°] of L over frequency."""
     with figure_at(path, sheet, (COLUMN, 3.0, 3.6), 0.085, 0.165, 0.985, 0.96, 0.24) as figure:
@@ -196,17 +202,15 @@ def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
                 )
                 turn = np.where(shown.unsure < 1.0, np.degrees(np.arcsin(np.minimum(shown.unsure, 1.0))), 180.0)
                 below.fill_between(shown.omega, phase - turn, phase + turn, color="0.75", linewidth=0.0)
-            above.plot(shown.omega, size, label=channel.name, **LINES[i % len(LINES)])
-            below.plot(shown.omega, np.where(heard, phase, np.nan), **LINES[i % len(LINES)])
+            above.plot(shown.omega, size, label=channel.name, **line(channel.name, i))
+            below.plot(shown.omega, np.where(heard, phase, np.nan), **line(channel.name, i))
         above.axhline(0.0, color="0.5", linewidth=0.8)
         below.axhline(-180.0, color="0.5", linewidth=0.8)
-        above.set_ylim(FAINTEST, LOUDEST)
-        above.set_xscale("log")
+        above.set(xscale="log", ylim=(FAINTEST, LOUDEST), ylabel="|L| [dB]")
         below.yaxis.set_major_locator(
             MultipleLocator(next((step for step in (90.0, 45.0) if np.ptp(below.get_ylim()) > 3.0 * step), 15.0))
         )
         mark_margins(above, below, shown)
-        above.set_ylabel("|L| [dB]")
         below.set_ylabel("phase of L [°]")
         for axes in (above, below):
             axes.set_xlabel("frequency [rad/s]")
@@ -220,7 +224,7 @@ def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
     for place, degrees, at in shown.phases:
         turned = np.array(np.interp(at, shown.omega, np.asarray(below.lines[place].get_ydata())))
         mark(below, place, at, float(whole_turns(turned)), float(turned), f"{degrees:.1f}°")
-        above.plot([at], [0.0], "o", markersize=4, color=LINES[place]["color"])
+        above.plot([at], [0.0], "o", markersize=4, color=above.lines[place].get_color())
     for place, gain in shown.gains:
         size, phase = (np.asarray(axes.lines[place].get_ydata()) for axes in (above, below))
         off = phase - whole_turns(phase)
@@ -228,7 +232,9 @@ def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
         near = int(min(found, key=lambda k: abs(size[k] + gain), default=-1))
         if near >= 0 and abs(size[near] + gain) < NEAR_ENOUGH:
             mark(above, place, shown.omega[near], 0.0, -gain, f"{abs(gain):.1f} dB")
-            below.plot([shown.omega[near]], [whole_turns(phase[near])], "o", markersize=4, color=LINES[place]["color"])
+            below.plot(
+                [shown.omega[near]], [whole_turns(phase[near])], "o", markersize=4, color=below.lines[place].get_color()
+            )
 
 
 def whole_turns(phase: Array) -> Array:
@@ -238,7 +244,7 @@ def whole_turns(phase: Array) -> Array:
 
 def mark(axes: Axes, place: int, at: float, line: float, end: float, text: str) -> None:
     """A margin: from the line to a curve, with its number beside it where the fewest curves are."""
-    color, middle = LINES[place]["color"], 0.5 * (line + end)
+    color, middle = axes.lines[place].get_color(), 0.5 * (line + end)
     x, y = axes.transData.transform((at, middle))
     point = axes.figure.dpi / 72.0
     wide, high = (size * rcParams["font.size"] * point for size in (LETTER * len(text), 1.2))
@@ -262,17 +268,14 @@ def draw_nyquist(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
         turn = np.linspace(0.0, 2.0 * math.pi, 361)
         axes.plot(np.cos(turn), np.sin(turn), color="0.6", linewidth=0.8)
         for i, channel in enumerate(shown.channels):
-            axes.plot(shown.loop[:, i].real, shown.loop[:, i].imag, label=channel.name, **LINES[i % len(LINES)])
+            axes.plot(shown.loop[:, i].real, shown.loop[:, i].imag, label=channel.name, **line(channel.name, i))
         axes.plot([-1.0], [0.0], "+", color="black", markersize=9)
         shape, left = figure.get_figwidth() / figure.get_figheight(), -shown.loop.real[1:]
         crossed = left[(np.diff(np.signbit(shown.loop.imag), axis=0) != 0) & (left < FARTHEST)]
         reach = max(REACH, (float(crossed.max(initial=0.0)) - 0.8) / (0.9 * shape))
         across = reach * shape
-        axes.set_xlim(-1.0 - 0.9 * across, -1.0 + 1.1 * across)
-        axes.set_ylim(-reach, reach)
-        axes.set_aspect("equal")
-        axes.set_xlabel("real part of L")
-        axes.set_ylabel("imaginary part of L")
+        axes.set(xlabel="real part of L", ylabel="imaginary part of L", aspect="equal")
+        axes.set(xlim=(-1.0 - 0.9 * across, -1.0 + 1.1 * across), ylim=(-reach, reach))
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(plain())
         axes.legend(loc="upper right")
@@ -284,14 +287,13 @@ SETTLINGS = 2.5
 
 def draw_steps(path: Path, steps: Sequence[StepResponse], sheet: Sheet) -> None:
     """Response of each stepped quantity to its step of the path."""
-    with figure_at(path, sheet, (PHONE, 3.0, 2.8), 0.15, 0.17, 0.965, 0.96) as figure:
+    with figure_at(path, sheet, (PHONE, 3.7, 3.4), 0.15, 0.14, 0.965, 0.97) as figure:
         axes = figure.subplots()
         for i, step in enumerate(steps):
-            axes.plot(step.t, step.value, label=f"{step.name} [{step.unit}]", **LINES[i % len(LINES)])
+            axes.plot(step.t, step.value, label=f"{step.name} [{step.unit}]", **line(step.name, i))
         axes.axhline(1.0, color="0.5", linewidth=0.8)
         axes.set_xlim(0.0, min(SETTLINGS * max(step.settling for step in steps), max(float(step.t[-1]) for step in steps)))
-        axes.set_xlabel("time [s]")
-        axes.set_ylabel("response to a step of 1")
+        axes.set(xlabel="time [s]", ylabel="response to a step of 1")
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(plain())
         axes.legend(loc="lower right")
@@ -304,15 +306,12 @@ def draw_over(path: Path, label: str, at: Array, loops: Sequence[Analysis], shee
         for axes, (title, of) in zip(grid, MEASURES, strict=True):
             for i, channel in enumerate(loops[0].channels):
                 values = np.array([of(one.margins[i]) for one in loops])
-                drawn = (
-                    LINES[i % len(LINES)]
-                    if label == "time [s]"
-                    else {"color": LINES[i % len(LINES)]["color"], "marker": "o+x^"[i % 4], "linestyle": ""}
-                )
-                aside = 0.0 if label == "time [s]" else 0.1 * (i - 0.5 * (len(loops[0].channels) - 1))
+                drawn, aside = line(channel.name, i), 0.0
+                if label != "time [s]":
+                    drawn = {"color": drawn["color"], "marker": "o+x^"[i % 4], "linestyle": ""}
+                    aside = 0.1 * (i - 0.5 * (len(loops[0].channels) - 1))
                 axes.plot(at + aside, np.where(np.isfinite(values), values, np.nan), label=channel.name, markersize=4, **drawn)
-            axes.set_ylabel(title)
-            axes.set_ylim(bottom=0.0)
+            axes.set(ylabel=title, ylim=(0.0, None))
             axes.yaxis.set_major_formatter(plain())
         grid[-1].set_xlabel(label)
         if label != "time [s]":

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from quadstep.linear.analysis import Analysis, least
-from quadstep.linear.grade import FRAGILE, UNKNOWN, UNSTABLE, explained, graded
+from quadstep.linear.grade import FALLS, FRAGILE, RISES, UNKNOWN, UNSTABLE, explained, graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.tables import decibels, number
 from quadstep.metrics.registry import SOUND
@@ -56,9 +56,10 @@ def finding(analysis: Analysis) -> str:
         return grade.sentence
     least = min(asked, key=lambda one: one.value / one.limit)
     others = explained(analysis, [one for one in grade.measures if one is not least])
+    enough = f"{'with' if grade.word == SOUND else 'but without'} enough margin ({grade.word})"
     return (
-        f"The loop is stable, {'with' if grade.word == SOUND else 'but without'} enough margin ({grade.word}): what limits it "
-        f"is the {least.what} margin, {least.text(least.value)} ({least.channel}), where a sound loop has at least "
+        f"At rest at the start of its path, the loop is stable, {enough}: what limits it is the {least.what} margin, "
+        f"{least.text(least.value)} ({least.channel}), where a sound loop has at least "
         f"{least.text(least.limit)}. {others[0].upper()}{others[1:]}."
     )
 
@@ -96,8 +97,7 @@ def cells(one: Analysis) -> list[str]:
     pole = ", ".join([f"{one.poles[0].real:.3g}", *(f"{name} not held" for name in one.not_held)])
     if not one.stable:
         return [graded(one).word, pole, *["-"] * 5]
-    worst_of_all = least(one.margins)
-    return [graded(one).word, pole, *(text(worst_of_all) for _, _, _, text in MEASURES[:5])]
+    return [graded(one).word, pole, *(text(least(one.margins)) for _, _, _, text in MEASURES[:5])]
 
 
 def refused(loops: Loops) -> list[str]:
@@ -133,7 +133,7 @@ def facts(loops: Loops) -> list[Fact]:
     """The same for a report's summary: the least of the most common margins."""
     known, made = {one.margin: one for one in worst(loops)}, []
     up, down = (known.get(f"gain {way} [dB]") for way in ("up", "down"))
-    ways = [(one, way) for one, way in ((up, "up"), (down, "down")) if one and one.text != "none"]
+    ways = [(one, way) for one, way in ((up, RISES), (down, FALLS)) if one and one.text != "none"]
     gain = min(ways, key=lambda pair: abs(float(pair[0].text)), default=(up, ""))
     for what, one, unit, way in (
         ("gain", gain[0], "\u00a0dB", gain[1]), ("phase", known.get(PHASE), "°", ""),

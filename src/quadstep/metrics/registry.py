@@ -65,17 +65,17 @@ def rest_of(metrics: Mapping[str, object]) -> Mapping[str, str]:
     return cast(Mapping[str, str], metrics.get(AT_REST, {}))
 
 
-def at_rest(rest: Mapping[str, str], whose: str = "its loop") -> str:
+def at_rest(rest: Mapping[str, str], whose: str = "the loop") -> str:
     """A grade beside other results, in words without a full stop; empty where none is known. It may come without why."""
     if not rest:
         return ""
     why = f": {rest['why']}" if "why" in rest else ""
     if rest["grade"] == NO_REST:
         return f"no rest was found for {whose}{why}"
-    return f"at rest where the path begins, {whose} is {rest['grade']}{why}"
+    return f"at rest at the start of its path, {whose} is {rest['grade']}{why}"
 
 
-def at_rest_sentences(rest: Mapping[str, str], whose: str = "its loop") -> list[str]:
+def at_rest_sentences(rest: Mapping[str, str], whose: str = "the loop") -> list[str]:
     """The same as a sentence, if a grade is known."""
     text = at_rest(rest, whose)
     return [f"{text[0].upper()}{text[1:]}."] if text else []

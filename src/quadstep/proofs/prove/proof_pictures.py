@@ -22,11 +22,11 @@ def of_tube(loop: SampledLoop, error: Array, bound: Array) -> list[FigureJob]:
     """A tube as far as it is closed. error: flown less desired position, and bound: of every flight about the flown one,
     (samples + 1, axes) [m].
     """
-    axes, reach = loop.loop.plant.axes, float((np.abs(error) + bound).max())
+    axes, reach = loop.loop.plant.axes, 1e3 * float((np.abs(error) + bound).max())
     time: Array = np.arange(len(bound), dtype=np.float64) * loop.period
     panels = [
-        Panel(f"error in {axis}", "m", {"the mission's flight": off}, reach=reach, band=(off - half, off + half))
-        for axis, off, half in zip(axes, error.T, bound.T, strict=True)
+        Panel(f"error in {axis}", "mm", {"the mission's flight": off}, reach=reach, band=(off - half, off + half))
+        for axis, off, half in zip(axes, 1e3 * error.T, 1e3 * bound.T, strict=True)
     ]
     most = [millimetres(one) for one in bound.max(axis=0).tolist()]
     at = float(time[np.argmax(bound.max(axis=1))])
