@@ -24,8 +24,8 @@ from quadstep.studies.tuning.gains import filled_in
 if TYPE_CHECKING:
     from quadstep.mission.schema import Mission
 
-IN_SUMMARY = 2
-"""Figures."""
+IN_SUMMARY, PEAKS = 2, 4
+"""Figures; peaks of the error that are named."""
 
 LEAST = 1e-4
 """Share of a path's size below which an RMSE is only said to be less."""
@@ -53,6 +53,9 @@ def write_report(
         said = size
         said += f"Counted{counted}; figures and their captions cover the whole flight. " if counted else ""
         header, rows = LOST if ending else HEADER, error_rows(metrics, ending)
+        heading = metrics.get("heading_error[rad]")
+        if isinstance(heading, float) and "attitude" not in metrics:  # whose rows have the heading
+            rows.append(["heading", units.number(math.degrees(heading)), *["–"] * (len(header) - 3), "°"])
         sections.append(TableSection("Errors", "errors", header, rows, said + ("" if seen else off)))
     if drawn[IN_SUMMARY:]:
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]
@@ -112,8 +115,8 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", s
 
 
 def parts(log: FlightLog, mission: "Mission") -> str:
-    """After which events a completed flight was farthest from its path, to follow how long it lasted; "" where nothing
-    happened. An event after which the error only falls begins no part of its own.
+    """How far from its path a completed flight was after each event, at most `PEAKS` of them, the farthest first, to follow
+    how long it lasted; "" where nothing happened. An event after which the error only falls begins no part of its own.
     """
     since, kept = mission.scored_from, log.column("t") >= mission.scored_from
     t, off = log.column("t")[kept], np.linalg.norm(position_errors(log), axis=1)[kept]
@@ -126,17 +129,16 @@ def parts(log: FlightLog, mission: "Mission") -> str:
         begin = int(np.searchsorted(t, when)) if what else 0
         place = begin + int(off[begin:end].argmax()) if begin < end else begin
         if place > begin or (end and not what):
-            found.append((float(off[place]), f"{t[place] - when:.3g} s{what}" if what else f"at {at(t, place)}"))
+            found.append((float(off[place]), f"{t[place] - when:.2f} s{what}" if what else f"at {at(t, place)}"))
             end = begin
     if log.outcome is not Outcome.COMPLETED or len(found) < 2:
         return ""
     found.sort(reverse=True)
-    shown = 1 + (found[1][0] >= 0.5 * found[0][0])
-    said = units.listed([f"{when} ({units.quantity(most, 'm')})" for most, when in found[:shown]])
+    said = units.listed([f"{when} ({units.quantity(most, 'm')})" for most, when in found[:PEAKS]])
     rest = [
         f", and at most {units.quantity(units.rounded_up(most, 3), 'm')} in the other parts of the flight" for most, _ in found
     ]
-    return f"; its error was largest {said}{''.join(rest[shown : shown + 1])}"
+    return f"; its error peaked {said}{''.join(rest[PEAKS : PEAKS + 1])}"
 
 
 def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
@@ -196,7 +198,7 @@ def worst(log: FlightLog, since: float, moments: Sequence[EventMark] = ()) -> st
     unit, factor = units.suited("m", max(map(abs, wanted.values())))
     there = ", ".join(f"{a} {units.number(factor * one)}" for a, one in wanted.items())
     before, what = max(((when, what) for when, what, *_ in moments if what and 0.0 < when <= t[place]), default=(0.0, ""))
-    after = f", {t[place] - before:.3g} s after {what}" if what else ""
+    after = f", {t[place] - before:.2f} s after {what}" if what else ""
     return f", at {at(t, place)}{after}, where the path is at {there} {unit}"
 
 
