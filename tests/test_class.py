@@ -5,6 +5,7 @@ import json
 import re
 import socket
 import time
+from html import escape
 from typing import get_args
 from urllib.parse import urlencode
 
@@ -14,6 +15,7 @@ from quadstep.control.registry import controllers
 from quadstep.interfaces.controller import Measured
 from quadstep.io import user_code
 from quadstep.io.errors import UserError
+from quadstep.linear.grade import grade
 from quadstep.mission.derived import section_of
 from quadstep.mission.fields import Quantity
 from quadstep.mission.lagrange import LagrangeMission
@@ -88,13 +90,28 @@ def test_gains_are_flown_in_the_class_s_mission_and_the_best_two_flights_are_kep
 
 
 def test_a_student_is_told_what_was_wrong_with_a_flight_that_was_not_lost(room):
-    assert flown(room, "[controller]\nK_r1 = 8.0\n").message == "Flown to its end, as asked."
+    told = flown(room, "[controller]\nK_r1 = 8.0\n").message
+    assert told.startswith("Flown to its end, as asked. At rest where the path begins, its loop is sound: ")
     member = flown(room, "[controller]\nK_r1 = 0.3\n")
     reasons = json.loads((member.folder / f"{member.latest.number}" / MANIFEST).read_text())["grade_reasons"]
-    assert (
-        reasons
-        and member.message == f"Completed. However, {', and '.join(reasons)}. A longer flight would show whether it settles."
+    assert reasons and member.message.startswith(
+        f"Completed. However, {', and '.join(reasons)}. At rest where the path begins, "
     )
+    assert "its loop is unstable: " in member.message and "A longer flight" not in member.message
+
+
+def test_board_and_attempts_say_that_a_loop_is_fragile_and_what_limits_it(room, port, tmp_path):
+    ada = flown(room, "[controller]\nLambda2 = 60.0\n")
+    rest = grade(submitted(ada.text or ada.latest.text, room.ground))
+    assert (rest.word, ada.latest.rest) == ("fragile", {"grade": "fragile", "why": rest.why})
+    assert rest.why.startswith("phase margin ")
+    said = f"</span> fragile</b>: {escape(rest.why.partition(';')[0])}</td>"
+    text = ask(port, "/", next(iter(room.members)))[2]
+    assert said in text.split('id="board"')[1].split("</table>")[0] and escape(rest.why) in text.split('id="attempts')[1]
+    assert "The loop's grade does not change the rank" in text
+    assert ask(port, "/board.csv", room.teacher)[2].splitlines()[-1].endswith(",fragile")
+    again = next(iter(Room(tmp_path / "class.toml", tmp_path / "out").members.values()))
+    assert again.latest.rest == ada.latest.rest
 
 
 def test_a_class_goes_on_where_a_student_s_folder_cannot_be_tidied(room):
@@ -376,7 +393,7 @@ def test_the_teacher_sees_everybody_s_attempts_and_sends_none(room, port):
     assert ask(port, "/submit", room.teacher, "[controller]\n")[0] == 403
     assert ask(port, "/links.csv", room.teacher)[2].splitlines()[1] == f"Ada,http://127.0.0.1:{port}/?token={ada}"
     assert ask(port, "/board.csv", room.teacher)[2].count("\n") == 1, "a lost flight is not ranked"
-    assert re.search(r"\nGroup 2,1,[-\dT:]+,,lost,Lost at 1 s.\n", ask(port, "/attempts.csv", room.teacher)[2])
+    assert re.search(r"\nGroup 2,1,[-\dT:]+,,lost,Lost at 1 s.,\n", ask(port, "/attempts.csv", room.teacher)[2])
 
 
 def test_a_student_chooses_a_controller_and_finds_an_earlier_text_again(room, port):
@@ -435,8 +452,8 @@ def test_the_class_s_own_flight_is_to_be_beaten(room, port, monkeypatch):
 
 def test_a_flight_that_was_not_as_asked_is_not_ranked_and_all_rows_stand_by_value(room, port):
     ada, other = room.members.values()
-    for grade, value in (("as asked", 0.03), ("flew, but", 0.001), ("as asked", 0.04)):
-        ada.counts("", SubmissionResult("", grade, {room.ground.metric: value}))
+    for word, value in (("as asked", 0.03), ("flew, but", 0.001), ("as asked", 0.04)):
+        ada.counts("", SubmissionResult("", word, {room.ground.metric: value}))
     other.counts("", SubmissionResult("", "flew, but", {room.ground.metric: 0.002}))
     room.own = SubmissionResult("", "as asked", {room.ground.metric: 0.035})
     assert (ada.value, other.value, room.board()) == (0.03, 0.002, [ada])
@@ -594,14 +611,14 @@ def test_a_student_s_page_follows_the_class_and_keeps_what_is_written(room, port
         chosen = page.evaluate("text.value.slice(text.selectionStart, text.selectionEnd)")
         assert (page.input_value("textarea"), chosen) == (becomes, "7.5" if "7.5" in text else "3.0")
     page.goto(f"http://127.0.0.1:{port}/?law=completed-backstepping")
-    page.locator("#gains", has_text="Gains of completed-backstepping").wait_for()
+    page.locator("#gains", has_text="Gains of the controller “completed-backstepping”").wait_for()
     page.locator(".gains button").first.click()
     gain = page.locator(".gains td code").first.inner_text()
     assert page.input_value("textarea").startswith(
         '[controller]\ntype = "completed-backstepping"'
     ) and f"\n{gain} = " in page.input_value("textarea")
     page.fill("textarea", "[controller]\nK_r1 = 3.0\n")
-    page.locator("#gains", has_text="Gains of backstepping").wait_for()
+    page.locator("#gains", has_text="Gains of the controller “backstepping”").wait_for()
     page.context.clear_cookies()
     page.goto(f"http://127.0.0.1:{port}/?token={room.teacher}")
     page.click("summary")

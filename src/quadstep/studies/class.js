@@ -66,7 +66,7 @@
     const law = named.find(one => laws[one]) ?? form.dataset.law, shown = document.querySelector(".gains");
     if (shown === laws[law]) return;
     shown.replaceWith(laws[law]);
-    for (const one of document.querySelectorAll("#gains, a[href='#gains']")) one.textContent = `Gains of ${law}`;
+    for (const one of document.querySelectorAll("#gains, a[href='#gains']")) one.textContent = `Gains of the controller “${law}”`;
     if (!laws[law].querySelector("button")) offer();
   };
   if (form && by("gains")) {

@@ -19,6 +19,8 @@ from quadstep.interfaces.log import REASONS
 from quadstep.io.documents import parse_toml
 from quadstep.io.errors import UserError, cut
 from quadstep.io.user_code import refuse
+from quadstep.linear.grade import quick_grade
+from quadstep.metrics.registry import at_rest_sentences, rest_of
 from quadstep.metrics.verdict import graded, scalars
 from quadstep.mission.fields import dotted, key_parts, with_value
 from quadstep.mission.own_controller import PilotedSection
@@ -56,11 +58,12 @@ class Ground(NamedTuple):
 
 
 class SubmissionResult(NamedTuple):
-    """What came of a submission. grade: of its flight; empty where there is none. numbers: its metrics by dotted name."""
+    """grade: of the flight; empty where there is none. numbers: its metrics by dotted name. rest: `rest_of` these."""
 
     message: str
     grade: str = ""
     numbers: dict[str, float] = {}  # noqa: RUF012 (never changed)
+    rest: dict[str, str] = {}  # noqa: RUF012
 
 
 def is_free(key: str, free: tuple[str, ...]) -> bool:
@@ -101,9 +104,8 @@ def submitted(text: str, ground: Ground) -> Mission:
 def fly_submission(text: str, ground: Ground, out: Path) -> SubmissionResult:
     """Fly a submission and write its flight into the new folder `out`. Raises UserError."""
     mission = submitted(text, ground)
-    plan = mission.plan()
-    log = fly(plan)
-    metrics, warnings = mission.flight_metrics(log)
+    log = fly(plan := mission.plan())
+    metrics, warnings = mission.flight_metrics(log, quick_grade)
     out.mkdir(parents=True)
     (out / MISSION_NAME).write_text(text, encoding="utf-8")
     write_log(out / LOG_NAME, log)
@@ -114,7 +116,8 @@ def fly_submission(text: str, ground: Ground, out: Path) -> SubmissionResult:
     lost = f"Lost at {log.ended:g} s: {REASONS[log.outcome]}." if log.outcome is not Outcome.COMPLETED else ""
     numbers = {key: float(value) for key, value in scalars(metrics).items() if value is not None and math.isfinite(value)}
     told = lost or (f"Completed. {verdict.sentence}" if verdict.sentence else "Flown to its end, as asked.")
-    return SubmissionResult(told, verdict.grade, numbers)
+    rest = dict(rest_of(metrics))
+    return SubmissionResult(" ".join([told, *at_rest_sentences(rest)]), verdict.grade, numbers, rest)
 
 
 def reason_of(error: UserError) -> str:

@@ -6,10 +6,12 @@ import json
 import time
 from collections.abc import Collection, Iterable
 from html import escape
+from operator import itemgetter
 from typing import NamedTuple
 
 from quadstep.interfaces.gain import BELIEF, Gain
 from quadstep.io.files import is_file
+from quadstep.metrics.registry import SOUND
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.fields import dotted
 from quadstep.mission.listings import commented, learning_numbers, number_lines, rounded, written
@@ -19,7 +21,7 @@ from quadstep.page.comparison import wind_speed
 from quadstep.page.folder import section
 from quadstep.report import units
 from quadstep.report.markup import Cell, disclosure, heading, page_text, paragraph, table
-from quadstep.studies.class_flight import LOG_NAME, MISSION_NAME, PAGE_NAME, Ground, is_free, no_value
+from quadstep.studies.class_flight import LOG_NAME, MISSION_NAME, PAGE_NAME, Ground, SubmissionResult, is_free, no_value
 from quadstep.studies.classroom import Attempt, Member, Refusal, Room
 from quadstep.studies.tuning.gains import filled_in
 
@@ -59,9 +61,10 @@ def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # 
         '<button>Submit</button> <a href="/try">Try gains on the live page first</a> '
         '<span id="answer" role="status"></span></form>',
         "</section><section>", heading("Board", "ranking"),
-        f"<p>The smallest {escape(words)} of a flight as asked wins. Other flights are not ranked.</p>",
+        f"<p>The smallest {escape(words)} of a flight as asked wins. Other flights are not ranked. The loop's grade does not "
+        "change the rank, but a fragile loop may fail on a vehicle that differs a little from the model.</p>",
         board(room, member), "</section></div>",
-        heading(f"Gains of {room.mission.controller.type}", "gains", escape) if gains else "", gains,
+        heading(f"Gains of the controller “{room.mission.controller.type}”", "gains", escape) if gains else "", gains,
         heading("Your attempts", "history"), attempts(member, "/mine"),
     ]  # fmt: skip
     return page_text(room.mission.name, [*body, SCRIPT], "Class", STYLE)
@@ -83,7 +86,7 @@ def field_text(room: Room, member: Member, asked: Asked) -> str:
 
 
 def student_news(room: Room, member: Member) -> str:
-    """What a student is told: the task, what came of the last submission, and the rank."""
+    """What a student is told: the task, the result of the last submission, and the rank."""
     words = escape(units.metric(room.ground.metric)[0])
     own, ranked = own_number(room), room.board()
     goal = "" if own == "–" else f" The class's own gains reach {own}."
@@ -106,9 +109,7 @@ def setting(room: Room) -> str:
     """What is flown, where, for how long and in which wind."""
     usual, ticks = room.ground.usual, room.mission.plan().ticks
     vehicle, path = (section(usual, key) for key in ("vehicle", "path"))
-    size = [
-        f"{key} {units.quantity(number, unit)}" for key, unit in SIZES.items() if isinstance(number := path.get(key), float)
-    ]
+    size = (f"{key} {units.quantity(one, unit)}" for key, unit in SIZES.items() if isinstance(one := path.get(key), float))
     flown = [f"{vehicle.get('preset') or vehicle.get('file') or 'the paper’s vehicle'}", f"a {path.get('type')} path", *size]
     return f"{', '.join(flown)}; {units.number(ticks.last * ticks.step, 3)} s; wind: {wind_speed({'mission': usual})}."
 
@@ -132,30 +133,23 @@ def board(room: Room, me: Member | None = None) -> str:
     for one in sorted(room.members.values(), key=lambda one: one.name):
         if me and not one.latest:
             continue
-        shown_attempt = one.best or one.latest or (one.attempts[-1] if one.attempts else None)
+        chosen = one.best or one.latest or (one.attempts[-1] if one.attempts else None)
         name = escape(one.name) if me else f'<a href="#{anchor(room, one)}">{escape(one.name)}</a>'
-        cells = (when(shown_attempt.at), grade(shown_attempt)) if shown_attempt else ("", "nothing sent")
-        count = f"{one.attempts[-1].number}" if one.attempts else "0"
-        rank = f"{place(ranked, one)}" if one in ranked else "–"
+        cells = [grade(chosen), loop(chosen), when(chosen.at)] if chosen else ["nothing sent", "", ""]
+        count, rank = f"{one.attempts[-1].number if one.attempts else 0}", f"{place(ranked, one)}" if one in ranked else "–"
         mine = (lambda text: f"<b>{text}</b>") if one is me else str
         value: Cell = (mine(shown(room, one) or "–"), "number")
-        row = [rank, mine(f"{name} (you)" if one is me else name), value, cells[1], cells[0], (count, "number")]
-        rows.append((order(shown_attempt.grade if shown_attempt else "", one.value), [*row]))
+        row: list[Cell] = [rank, mine(f"{name} (you)" if one is me else name), value, *cells, (count, "number")]
+        rows.append((order(chosen.grade if chosen else "", one.value), row))
     words = escape(units.metric(room.ground.metric)[0])
-    header = ("rank", "student", words, "grade", "flown", "attempts")
+    header = ("rank", "student", words, "grade", "loop at rest", "flown", "attempts")
     if room.own.grade:
-        own: list[Cell] = [
-            "–",
-            "<i>the class's own gains</i>",
-            (own_number(room), "number"),
-            grade_mark(room.own.grade),
-            "",
-            "",
-        ]
+        graded = grade_mark(room.own.grade), loop(room.own)
+        own: list[Cell] = ["–", "<i>the class's own gains</i>", (own_number(room), "number"), *graded, "", ""]
         rows.append((order(room.own.grade, room.own.numbers.get(room.ground.metric)), own))
     none = "" if any(one.best for one in room.members.values()) else "<p>Nobody has flown it yet.</p>"
-    sorted_rows = [row for _, row in sorted(rows, key=lambda one: one[0])]
-    return f'<div id="board">{none}{table(header, sorted_rows, str) if rows else ""}</div>'
+    told = table(header, [row for _, row in sorted(rows, key=itemgetter(0))], str) if rows else ""
+    return f'<div id="board">{none}{told}</div>'
 
 
 def order(grade: str, value: float | None) -> tuple[int, float]:
@@ -174,6 +168,12 @@ def grade(attempt: Attempt) -> str:
     return grade_mark(attempt.grade) or "not flown"
 
 
+def loop(flown: Attempt | SubmissionResult) -> str:
+    """The grade of its loop at rest and, where it is not sound, why, as markup; empty where it is not known."""
+    word, why = flown.rest.get("grade", ""), flown.rest.get("why", "").partition(";")[0]
+    return ": ".join(filter(None, (grade_mark(word), "" if word == SOUND else escape(why))))
+
+
 def when(at: float) -> str:
     """The time, and the day unless it is today."""
     then = time.localtime(at)
@@ -190,12 +190,12 @@ def attempts(member: Member, base: str) -> str:
             links = [(f"/?again={one.number}#submit", "into the field")]
         for name, words in ((PAGE_NAME, "live page"), (LOG_NAME, "log (CSV)")):
             links += [(f"{base}/{one.number}/{name}", words)] if is_file(member.folder / f"{one.number}" / name) else []
-        best = " (best)" if one is member.best else ""
         rows.append([
-            f"{one.number}{best}", when(one.at), ("–" if value is None else units.quantity(value, symbol), "number"),
+            f"{one.number}{' (best)' * (one is member.best)}", when(one.at),
+            ("–" if value is None else units.quantity(value, symbol), "number"),
             grade(one), escape(one.said), " ".join(f'<a href="{address}">{words}</a>' for address, words in links),
         ])  # fmt: skip
-    header = ("attempt", "flown", escape(units.metric(member.metric)[0]), "grade", "what came of it", "open")
+    header = ("attempt", "flown", escape(units.metric(member.metric)[0]), "grade", "result", "open")
     return f'<div id="attempts{base.replace("/", "-")}">{table(header, rows, str) if rows else "<p>None yet.</p>"}</div>'
 
 
@@ -205,22 +205,17 @@ def anchor(room: Room, member: Member) -> str:
 
 def teacher_page(room: Room) -> str:
     """What the teacher sees: who has sent what."""
-    csvs = (
-        ("/board.csv", "Board (CSV)"),
-        ("/attempts.csv", "All attempts (CSV)"),
-        ("/links.csv", "The students' links (CSV)"),
-    )
+    tables = {"board": "Board (CSV)", "attempts": "All attempts (CSV)", "links": "The students' links (CSV)"}
+    links = "".join(f'<li><a href="/{name}.csv" download>{words}</a></li>' for name, words in tables.items())
     students = [
-        f'<div id="{anchor(room, one)}">'
-        + f'<button type="button" hidden data-link="{number}">Copy the link of {escape(one.name)}</button>'
-        + disclosure(f"{one.name}: attempts", attempts(one, f"/{number}"))
-        + "</div>"
+        f'<div id="{anchor(room, one)}"><button type="button" hidden data-link="{number}">Copy the link of {escape(one.name)}'
+        f"</button>{disclosure(f'{one.name}: attempts', attempts(one, f'/{number}'))}</div>"
         for number, one in enumerate(room.members.values(), 1)
     ]
     body = [
         '<p id="offline" role="alert" hidden>The class does not answer. The board may be old.</p>',
         teacher_news(room), heading("Board", "ranking"), board(room),
-        f'<ul class="screen">{"".join(f"""<li><a href="{place}" download>{words}</a></li>""" for place, words in csvs)}</ul>',
+        f'<ul class="screen">{links}</ul>',
         heading("Students", "students"), paragraph("Code in a submission is never run."), *students,
     ]  # fmt: skip
     return page_text(f"{room.mission.name}: teacher", [*body, SCRIPT], "Class", STYLE)
@@ -285,10 +280,10 @@ def first_text(mission: Mission, ground: Ground) -> str:
     values, law, free = filled_in(mission), mission.controller.controller, ground.free
     keys = {key: one for key, one in dotted(ground.usual, no_value).items() if not key.startswith("controller.")}
     others = [f"# {key} = {json.dumps(value)}" for key, value in keys.items() if value is not None and is_free(key, free)]
-    lines = [
-        commented(f"# {key} = {written(rounded(values[key]), gain.stands_for_three)}", gain.unit, gain.meaning)
-        for key, gain in free_gains(mission, free)
-    ]
+    gains = (
+        (f"# {key} = {written(rounded(values[key]), one.stands_for_three)}", one) for key, one in free_gains(mission, free)
+    )
+    lines = [commented(text, one.unit, one.meaning) for text, one in gains]
     nets = mission.controller.table
     if nets and is_free("controller.nets", free):
         derived = learning_numbers(law, mission.controller.gains(mission.modelled.model()))
@@ -306,19 +301,19 @@ def as_csv(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
 def board_csv(room: Room) -> str:
     ranked = room.board()
     rows = [
-        [place(ranked, one), one.name, one.value, one.best.grade, iso(one.best), one.attempts[-1].number]
+        [place(ranked, one), one.name, one.value, one.best.grade, iso(one.best), one.attempts[-1].number,
+         one.best.rest.get("grade")]
         for one in ranked if one.best
     ]  # fmt: skip
-    return as_csv(("rank", "student", room.ground.metric, "grade", "flown", "attempts"), rows)
+    return as_csv(("rank", "student", room.ground.metric, "grade", "flown", "attempts", "loop"), rows)
 
 
 def attempts_csv(room: Room) -> str:
     rows = [
-        [one.name, each.number, iso(each), one.value_of(each), each.grade or "not flown", each.said]
-        for one in room.members.values()
-        for each in one.attempts
-    ]
-    return as_csv(("student", "attempt", "flown", room.ground.metric, "grade", "said"), rows)
+        [one.name, each.number, iso(each), one.value_of(each), each.grade or "not flown", each.said, each.rest.get("grade")]
+        for one in room.members.values() for each in one.attempts
+    ]  # fmt: skip
+    return as_csv(("student", "attempt", "flown", room.ground.metric, "grade", "said", "loop"), rows)
 
 
 def iso(attempt: Attempt) -> str:

@@ -83,8 +83,8 @@ class Refusal(Exception):  # noqa: N818 (an answer, not an error)
 
 
 class Attempt(NamedTuple):
-    """A submission that was flown or refused. at: when [s since 1970]. said: what the student was told. grade, numbers: as of
-    a `SubmissionResult`.
+    """A submission that was flown or refused. at: when [s since 1970]. said: what the student was told. grade, numbers, rest:
+    as of a `SubmissionResult`.
     """
 
     number: int
@@ -93,6 +93,7 @@ class Attempt(NamedTuple):
     said: str
     grade: str
     numbers: dict[str, float]
+    rest: dict[str, str] = {}  # noqa: RUF012 (never changed)
 
 
 @dataclass
