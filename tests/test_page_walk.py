@@ -175,3 +175,16 @@ def test_numbers_and_plots_say_from_when_on_errors_count(open_page, tmp_path):
     for plot in ("position", "position-error"):
         assert page.locator(f"#plot-{plot} .note").inner_text() == "Shaded: errors count only from 2 s on."
     assert page.locator("#plot-rotors .note").inner_text().startswith("Pale bands:")
+
+
+def test_in_a_walk_a_flight_is_compared_with_its_step_as_it_began(open_page, tmp_path):
+    step = STEP.format(number=1).replace('"net"', '"position-error"\nset = { K_r1 = 6.0 }')
+    story = write(tmp_path, "# A walk\n\n" + step, "story.md")
+    write(tmp_path, (EXAMPLES / "case1.toml").read_text(), "mission.toml")
+    page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"))
+    page.click("#guide-start")
+    assert "1 = 6" in page.locator(".guide-place").inner_text()
+    began = page.locator("#summary-figures dd").first.inner_text()
+    assert page.locator("#summary-figures .filed").count() == 0
+    page.evaluate("quadstep.setControl('K_r1', [4, 4, 4])")
+    assert page.locator("#summary-figures .filed").first.inner_text() == f"was {began}"

@@ -6,7 +6,7 @@ import { Draft } from "./data/draft";
 import { type Inputs, type Net, fly, flyNet, ghostOf, inputs } from "./data/engine";
 import type { Flight } from "./data/flight";
 import { recordedFlight } from "./data/recorded";
-import { type Settings, controllerOf, fresh, isFresh } from "./data/settings";
+import { type Settings, alike, controllerOf, fresh, isFresh } from "./data/settings";
 import type { Log } from "./logs/log";
 import { type Graded, grade } from "./summary/grade";
 import { type Measures, measure } from "./summary/measure";
@@ -36,6 +36,15 @@ export interface Shown {
   readonly end: number;
 }
 
+/** What a flight is compared with: the file's, or in a walk its step's as it began. */
+export interface Original {
+  readonly measures: Measures;
+  readonly held: boolean;
+  readonly ended: number; // [s]
+  /** Whether it is the flight itself. */
+  readonly same: boolean;
+}
+
 export class Session {
   readonly shown = new Watched<Shown | undefined>(undefined);
   /** An earlier flight that is laid over, and a log that was opened. */
@@ -45,6 +54,7 @@ export class Session {
   private lastNet: { flight: Flight; net: Net | undefined } | undefined;
   private readonly measured = new Map<string, Measures>();
   private readonly draft = new Draft();
+  private begun: { readonly settings: Settings; readonly flown: Omit<Original, "same"> | undefined } | undefined;
 
   /** cursor: the time at which the reader looks [s]. */
   constructor(
@@ -103,11 +113,25 @@ export class Session {
     });
   }
 
+  /** A step of a walk begins with these settings; undefined: nobody walks. */
+  begin(settings?: Settings): void {
+    const data = settings && this.flight(settings.flight);
+    const { given, flight } = data ? this.asSet(data, settings) : {};
+    this.begun = settings && { settings, flown: data && flight && { measures: measure(flight, data, given), held: flight.held, ended: flight.ended } };
+  }
+
+  original(shown: Shown): Original {
+    const { data, settings, asFiled } = shown;
+    const { begun } = this;
+    if (begun?.flown && begun.settings.flight === data.id && !isFresh(begun.settings, data)) return { ...begun.flown, same: alike(begun.settings, settings) };
+    return { measures: this.filed(shown), held: data.outcome.grade !== "lost", ended: data.outcome.ended, same: asFiled };
+  }
+
   /** What the file's own flight was like: as Python measured it, and what it did not as flown here. */
-  filed({ data, measures }: Shown): Measures {
+  private filed({ data, measures }: Shown): Measures {
     let found = this.measured.get(data.id);
     if (!found) {
-      const { given, flight } = this.asInFile(data);
+      const { given, flight } = this.asSet(data);
       found = { ...(flight ? measure(flight, data, given) : measures), ...data.summary.filed };
       this.measured.set(data.id, found);
     }
@@ -116,11 +140,10 @@ export class Session {
 
   /** Lay a flight, as its file has it, behind those that are shown. */
   keep(data: FlightData): void {
-    this.kept.set(this.asInFile(data).flight ?? this.asRecorded(data));
+    this.kept.set(this.asSet(data).flight ?? this.asRecorded(data));
   }
 
-  private asInFile(data: FlightData): { given: Inputs | undefined; flight: Flight | undefined } {
-    const settings = fresh(data);
+  private asSet(data: FlightData, settings = fresh(data)): { given: Inputs | undefined; flight: Flight | undefined } {
     const controller = controllerOf(data, settings.controller);
     const given = controller && inputs(this.page, data, controller, settings);
     return { given, flight: given && fly(this.page, given) };

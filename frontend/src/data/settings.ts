@@ -28,6 +28,12 @@ export function isFresh(settings: Settings, flight: FlightData): boolean {
   return !Object.keys(settings.values).length && settings.controller === fresh(flight).controller;
 }
 
+/** Whether both fly the same. */
+export function alike(one: Settings, other: Settings): boolean {
+  const flown = ({ flight, controller, values }: Settings): string => JSON.stringify([flight, controller, Object.entries(values).sort(([a], [b]) => (a < b ? -1 : 1))]);
+  return flown(one) === flown(other);
+}
+
 export function controllerOf(flight: FlightData, id: string): Controller | undefined {
   return flight.controllers.find((controller) => controller.id === id);
 }

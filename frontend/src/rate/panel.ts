@@ -112,7 +112,9 @@ export class RatePanel {
     const most = this.most.get(metric) || roundUp(Math.max(...kept, limit ? 1.6 * limit : 0)) || 1;
     if (tally.done && kept.length) this.most.set(metric, most);
     const counts = new Array<number>(BINS).fill(0);
-    for (const value of kept) counts[Math.min(Math.floor((value / most) * BINS), BINS - 1)]!++;
+    const within = kept.filter((value) => value < most);
+    for (const value of within) counts[Math.min(Math.floor((value / most) * BINS), BINS - 1)]!++;
+    const above = kept.length - within.length;
     const lost = tally.code.filter((code) => code > 0).length;
     const width = canvas.parentElement?.clientWidth ?? 0;
     const pen = canvas.getContext("2d");
@@ -122,17 +124,18 @@ export class RatePanel {
     pen.scale(devicePixelRatio, devicePixelRatio);
     const surface = new CanvasSurface(pen);
     const colours = palette.value;
-    const [floor, right, top] = [HEIGHT - 34, width - 46, 18];
+    const [floor, right, top] = [HEIGHT - 34, width - (above ? 102 : 46), 18];
     const x = (value: number): number => 6 + (value / most) * (right - 6);
-    const tallest = Math.max(...counts, lost, 1);
-    const bar = (left: number, wide: number, count: number, colour: string): void =>
-      surface.rectangle({ left, top: floor - (count / tallest) * (floor - top), width: wide, height: (count / tallest) * (floor - top) }, colour);
+    const tallest = Math.max(...counts) || Math.max(above, lost, 1);
+    const bar = (left: number, wide: number, count: number, colour: string): void => {
+      const height = Math.min(count / tallest, 1) * (floor - top);
+      surface.rectangle({ left, top: floor - height, width: wide, height }, colour);
+    };
     counts.forEach((count, i) => {
       const from = x((i * most) / BINS);
       const beyond = limit !== undefined && ((i + 0.5) * most) / BINS > limit;
       bar(from, x(((i + 1) * most) / BINS) - from - 1, count, beyond ? colours.vermillion : colours.blue);
     });
-    bar(right + 14, 22, lost, colours.vermillion);
     surface.polyline([6, floor + 0.5, width - 6, floor + 0.5], { colour: colours.line, width: 1, dash: [] });
     const small = { colour: colours.muted, size: 11, align: "center" } as const;
     if (limit !== undefined) {
@@ -141,10 +144,18 @@ export class RatePanel {
     }
     surface.polyline([6, top + 0.5, right, top + 0.5], { colour: colours.line, width: 1, dash: [2, 3] });
     surface.text(6, 8, `${tallest} flight${tallest === 1 ? "" : "s"}`, { ...small, align: "left" });
-    for (const value of marks(0, most, right / 70)) surface.text(x(value), floor + 11, plain(value), small);
+    // Apart, as high as the scale reaches, with their counts
+    const apart = (middle: number, count: number, name: string, colour: string): void => {
+      bar(middle - 11, 22, count, colour);
+      if (count > tallest) surface.polyline([middle - 13, top + 14, middle + 13, top + 8], { colour: colours.panel, width: 3, dash: [] });
+      if (count) surface.text(middle, 8, `${count}`, { ...small, colour: colours.ink });
+      surface.text(middle, floor + 11, name, small);
+    };
+    if (above) apart(width - 71, above, `≥ ${plain(most)}`, limit === undefined ? colours.blue : colours.vermillion);
+    apart(width - 21, lost, "lost", colours.vermillion);
+    for (const value of marks(0, most, right / 70)) if (!above || x(value) < right - 10) surface.text(x(value), floor + 11, plain(value), small);
     surface.text((6 + right) / 2, floor + 26, `${name} [m]`, small);
-    surface.text(right + 25, floor + 11, "lost", small);
-    canvas.setAttribute("aria-label", `Histogram of the ${name} of ${kept.length} completed flights; ${lost} were lost.`);
+    canvas.setAttribute("aria-label", `Histogram of the ${name} of ${kept.length} completed flights${above ? `, ${above} of them at ${plain(most)} m or above` : ""}; ${lost} were lost.`);
   }
 }
 

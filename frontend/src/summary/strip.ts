@@ -1,10 +1,10 @@
-// What this flight did, in four numbers and a sentence, with the file's numbers beside them.
+// What this flight did, in four numbers and a sentence, with the original's numbers beside them.
 
 import { outcome } from "../controls/badge";
-import type { Control } from "../data/contract";
+import type { Control, FlightData } from "../data/contract";
 import { write } from "../data/fragment";
-import { controllerOf, controlsOf, fresh, keyOf } from "../data/settings";
-import type { Session, Shown } from "../session";
+import { type Settings, controllerOf, controlsOf, fresh, keyOf } from "../data/settings";
+import type { Original, Session, Shown } from "../session";
 import { fill, h } from "../view/dom";
 import { join, number, plain, plainUnit, quantity, short } from "../view/format";
 import { closed, prose } from "../view/notation";
@@ -23,25 +23,26 @@ export class SummaryStrip {
 
   constructor(host: HTMLElement, session: Session) {
     fill(host, this.words, this.figures, this.changed, this.told);
-    session.shown.watch((shown) => shown && this.show(shown, session.filed(shown)));
+    session.shown.watch((shown) => shown && this.show(shown, session.original(shown)));
   }
 
-  private show(shown: Shown, filed: Measures): void {
+  private show(shown: Shown, original: Original): void {
     const { measures } = shown;
-    const compared = !shown.asFiled && comparable(shown);
+    const compared = !original.same && comparable(shown, original);
     const counted = when(shown);
     const cells = entries(measures).map(({ label, text, hint }, i) => {
-      const theirs = entries(filed)[i]!.text;
+      const theirs = entries(original.measures)[i]!.text;
       const beside = compared ? h("span", { class: "filed" }, `was ${theirs}`) : null;
       return h("div", { title: hint }, h("dt", {}, label, i < 2 && text !== "–" ? counted : ""), h("dd", {}, text, beside));
     });
     fill(this.figures, ...cells);
-    const said = besides(shown);
-    fill(this.words, said.length > 2 ? h("ul", {}, ...said.map((one) => h("li", {}, one))) : said.join(" "));
+    const said = besides(shown, original);
+    const marked = said.map((one) => h("span", { class: one === sentence(shown.data.summary.cut) ? "quiet" : "" }, one)); // which is no fault
+    fill(this.words, ...(said.length > 2 ? [h("ul", {}, ...marked.map((one) => h("li", {}, one)))] : marked.flatMap((one, i) => (i ? [" ", one] : [one]))));
     this.changed.textContent = changes(shown);
     this.words.className = markOf(shown).kind;
     clearTimeout(this.waiting);
-    this.waiting = window.setTimeout(() => (this.told.textContent = spoken(shown)), QUIET);
+    this.waiting = window.setTimeout(() => (this.told.textContent = spoken(shown, original)), QUIET);
   }
 }
 
@@ -72,12 +73,12 @@ function when({ flight, data: { summary } }: Shown): string {
 }
 
 /** Numbers of flights are compared where both flew for the same time. */
-function comparable({ flight, data, whole }: Shown): boolean {
-  return whole === undefined && flight.held && data.outcome.grade !== "lost" && Math.abs(data.outcome.ended - flight.ended) < 1e-6;
+function comparable({ flight, whole }: Shown, { held, ended }: Original): boolean {
+  return whole === undefined && flight.held && held && Math.abs(ended - flight.ended) < 1e-6;
 }
 
 /** What the badge leaves out: why it was lost or is not as asked, and what of the original flight is not beside it. */
-function besides(shown: Shown): string[] {
+function besides(shown: Shown, { held, ended, same }: Original): string[] {
   const { flight, data, settings, graded, asFiled, whole, measures: { saturated = 0 } } = shown;
   if (whole !== undefined) return ["While you drag, numbers and plots cover only this beginning."];
   const sameTime = data.controls.every(({ id, group }) => group !== "Path" || AS_LONG.has(id) || !settings.values[id]);
@@ -86,10 +87,13 @@ function besides(shown: Shown): string[] {
   const why = flight.held
     ? [heavy, graded.left, ...graded.reasons.slice(graded.above.length), limited, sameTime ? data.summary.cut : ""]
     : [heavy, `${flight.why || "it was lost"}${data.whyNot ? "" : "; the numbers stop there"}`];
-  const lost = data.outcome.grade === "lost";
-  const original = lost ? `was lost at ${data.outcome.ended.toFixed(2)} s` : `flew for ${number(data.outcome.ended, 3)} s`;
-  const compared = asFiled || (flight.held ? !lost : comparable(shown)) ? "" : `the original ${original}${lost && flight.held ? ", this flight goes on to its end" : ""}`;
-  return [...why, compared].filter(Boolean).map((one) => closed(`${one[0]!.toUpperCase()}${one.slice(1)}`));
+  const original = held ? `flew for ${number(ended, 3)} s` : `was lost at ${ended.toFixed(2)} s`;
+  const compared = same || (flight.held && held) ? "" : `the original ${original}${!held && flight.held ? ", this flight goes on to its end" : ""}`;
+  return [...why, compared].filter(Boolean).map(sentence);
+}
+
+function sentence(clause: string): string {
+  return clause && closed(`${clause[0]!.toUpperCase()}${clause.slice(1)}`);
 }
 
 /** As `quadstep fly` warns (src/quadstep/mission/airframe.py, warnings); "" where its rotors can carry it. */
@@ -105,19 +109,24 @@ function tooHeavy({ given, data: { summary } }: Shown): string {
 function changes({ data, settings, asFiled }: Shown): string {
   if (asFiled) return "";
   const controller = controllerOf(data, settings.controller);
-  const shown = (control: Control, values: readonly number[]): string => {
-    const texts = (values.every((value) => value === values[0]) ? values.slice(0, 1) : values).map(plain);
-    return join(control.kind === "toggle" ? (values[0] ? "on" : "off") : texts.join(", "), prose(plainUnit(control.unit)));
-  };
-  const changed = controlsOf(data, controller).flatMap(([control, owner]) => {
-    const values = settings.values[keyOf(control, owner)];
-    return values ? [`${control.id} = ${shown(control, values)} (original: ${shown(control, control.components.map(({ value }) => value))})`] : [];
-  });
+  const changed = altered(data, settings).map(([now, before]) => `${now} (original: ${before})`);
   const other = settings.controller === fresh(data).controller ? [] : [`controller: ${controller?.label ?? ""} (original: ${data.controllers[0]?.label ?? ""})`];
   return `Changed settings: ${[...other, ...changed].join("; ")}. Link: ${location.pathname.split("/").pop()}${write(settings, data)}`;
 }
 
-function spoken(shown: Shown): string {
+/** What differs from the file: each as it is set, and the file's value. */
+export function altered(data: FlightData, settings: Settings): [string, string][] {
+  const shown = (control: Control, values: readonly number[]): string => {
+    const texts = (values.every((value) => value === values[0]) ? values.slice(0, 1) : values).map(plain);
+    return join(control.kind === "toggle" ? (values[0] ? "on" : "off") : texts.join(", "), prose(plainUnit(control.unit)));
+  };
+  return controlsOf(data, controllerOf(data, settings.controller)).flatMap(([control, owner]) => {
+    const values = settings.values[keyOf(control, owner)];
+    return values ? [[`${control.id} = ${shown(control, values)}`, shown(control, control.components.map(({ value }) => value))]] : [];
+  });
+}
+
+function spoken(shown: Shown, original: Original): string {
   const figures = entries(shown.measures).map(({ label, text }, i) => `${label}${i < 2 && text !== "–" ? when(shown) : ""} ${text}`);
-  return `${closed(outcome(shown))} ${besides(shown).join(" ")} ${figures.join(", ")}.`;
+  return `${closed(outcome(shown))} ${besides(shown, original).join(" ")} ${figures.join(", ")}.`;
 }

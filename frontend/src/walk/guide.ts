@@ -7,6 +7,7 @@ import type { Controller, StepData, StoryData } from "../data/contract";
 import { controllerOf, controlsOf, valuesOf } from "../data/settings";
 import type { Board } from "../plots/board";
 import type { Session, Shown } from "../session";
+import { altered } from "../summary/strip";
 import { byId, fill, h } from "../view/dom";
 import { rich } from "../view/notation";
 import { Watched } from "../view/events";
@@ -56,8 +57,9 @@ export class Guide {
     document.body.dataset["walking"] = "yes";
     this.key = "";
     this.build(step, place);
+    const { flight, controller, ghost, values } = step;
+    this.session.begin({ flight, controller, ghost, values });
     if (settings) {
-      const { flight, controller, ghost, values } = step;
       this.session.apply({ flight, controller, ghost, values });
     } else if (this.session.shown.value) this.follow(this.session.shown.value);
     this.began(step);
@@ -67,6 +69,7 @@ export class Guide {
     this.at.set(undefined);
     delete document.body.dataset["walking"];
     this.wait(false);
+    this.session.begin();
     this.board.watch(undefined, this.plot);
     const count = this.story.steps.length;
     this.invite("New here?", "Start the walk", `“${this.story.title}”: in each of ${count} steps, move one control and watch one thing.`);
@@ -103,6 +106,8 @@ export class Guide {
   private build(step: StepData, place: number): void {
     const last = this.story.steps.length - 1;
     let waiting = step.guess !== null;
+    const flown = this.session.flight(step.flight)!;
+    const name = [flown.name, ...altered(flown, step).map(([now]) => now)].join(", ");
     const button = (text: string, id: string, to: number | undefined): HTMLButtonElement => {
       const made = h("button", { type: "button", class: id === "guide-next" ? "primary" : "plain", id, disabled: to !== undefined && (to < 0 || to > last) }, text);
       made.addEventListener("click", () => {
@@ -149,7 +154,7 @@ export class Guide {
     if (waiting) onward.textContent = "Show me";
     fill(
       this.host,
-      h("p", { class: "guide-place" }, `Step ${place + 1} of ${last + 1} · ${this.session.page.flights.find(({ id }) => id === step.flight)!.name}`, button("Leave the walk", "guide-leave", undefined)),
+      h("p", { class: "guide-place" }, h("span", {}, `Step ${place + 1} of ${last + 1} · `, ...rich(name)), button("Leave the walk", "guide-leave", undefined)),
       h("progress", { max: last + 1, value: place + 1, "aria-label": "Progress of the walk" }),
       h("h2", { tabindex: -1 }, ...rich(step.title)),
       ...(step.guess ? [] : text),

@@ -27,7 +27,9 @@ export class Strip {
     const marks = key(session.page);
     const count = session.page.flights.length - [...groups.values()][0]!.length;
     fill(this.others, h("summary", {}, `${count} more flight${count === 1 ? "" : "s"}${marks ? ", and what the marks mean" : ""}`), h("div", { class: "lane" }, ...others), marks);
-    fill(host, h("div", { class: "lane" }, first), ...(others.length ? [this.others] : [marks]));
+    const counted = session.page.flights.some(({ claims }) => claims.length > 1);
+    const pills = counted ? h("p", { class: "pill-line" }, "6✓ 1✕ 1? beside a flight: of the claims about it, six hold, one fails and one is undecided.") : null;
+    fill(host, h("div", { class: "lane" }, first), pills, ...(others.length ? [this.others] : [marks]));
     host.hidden = session.page.flights.length < 2;
     session.shown.watch((shown) => shown && this.mark(shown.data.id));
   }
@@ -72,7 +74,6 @@ function key({ flights, claims }: PageData): HTMLElement | null {
     { class: "key-line" },
     ...grades.map((grade) => h("span", {}, h("span", { class: `dot ${MARKS[grade].kind}`, "aria-hidden": "true" }), grade)),
     ...judged.filter((verdict) => claims.some((claim) => claim.verdict === verdict)).map((verdict) => h("span", {}, `${GLYPHS[verdict]} ${WORDS[verdict]}`)),
-    judged.length ? h("span", {}, "6✓ 2?: how many of the claims about the flight hold, and how many are undecided") : null,
   );
 }
 
