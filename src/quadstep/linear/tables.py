@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib import rcParams
@@ -181,9 +181,9 @@ PLACES = {"thrust": 0, "z": 0, "yaw": 1, "pitch": 2, "x": 2, "roll": 3, "y": 3}
 """Of the lines of channels and of what each moves."""
 
 
-def line(name: str, place: int) -> dict[str, Any]:
-    """The style of a channel, or of what it moves, in every figure. place: for any other name."""
-    return LINES[PLACES.get(name, place) % len(LINES)]
+def place_of(name: str, place: int) -> int:
+    """The place of the style of a channel, or of what it moves, in every figure. place: for any other name."""
+    return PLACES.get(name, place) % len(LINES)
 
 
 def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
@@ -202,8 +202,8 @@ def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
                 )
                 turn = np.where(shown.unsure < 1.0, np.degrees(np.arcsin(np.minimum(shown.unsure, 1.0))), 180.0)
                 below.fill_between(shown.omega, phase - turn, phase + turn, color="0.75", linewidth=0.0)
-            above.plot(shown.omega, size, label=channel.name, **line(channel.name, i))
-            below.plot(shown.omega, np.where(heard, phase, np.nan), **line(channel.name, i))
+            above.plot(shown.omega, size, label=channel.name, **LINES[place_of(channel.name, i)])
+            below.plot(shown.omega, np.where(heard, phase, np.nan), **LINES[place_of(channel.name, i)])
         above.axhline(0.0, color="0.5", linewidth=0.8)
         below.axhline(-180.0, color="0.5", linewidth=0.8)
         above.set(xscale="log", ylim=(FAINTEST, LOUDEST), ylabel="|L| [dB]")
@@ -268,7 +268,7 @@ def draw_nyquist(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
         turn = np.linspace(0.0, 2.0 * math.pi, 361)
         axes.plot(np.cos(turn), np.sin(turn), color="0.6", linewidth=0.8)
         for i, channel in enumerate(shown.channels):
-            axes.plot(shown.loop[:, i].real, shown.loop[:, i].imag, label=channel.name, **line(channel.name, i))
+            axes.plot(shown.loop[:, i].real, shown.loop[:, i].imag, label=channel.name, **LINES[place_of(channel.name, i)])
         axes.plot([-1.0], [0.0], "+", color="black", markersize=9)
         shape, left = figure.get_figwidth() / figure.get_figheight(), -shown.loop.real[1:]
         crossed = left[(np.diff(np.signbit(shown.loop.imag), axis=0) != 0) & (left < FARTHEST)]
@@ -290,7 +290,7 @@ def draw_steps(path: Path, steps: Sequence[StepResponse], sheet: Sheet) -> None:
     with figure_at(path, sheet, (PHONE, 3.7, 3.4), 0.15, 0.14, 0.965, 0.97) as figure:
         axes = figure.subplots()
         for i, step in enumerate(steps):
-            axes.plot(step.t, step.value, label=f"{step.name} [{step.unit}]", **line(step.name, i))
+            axes.plot(step.t, step.value, label=f"{step.name} [{step.unit}]", **LINES[place_of(step.name, i)])
         axes.axhline(1.0, color="0.5", linewidth=0.8)
         axes.set_xlim(0.0, min(SETTLINGS * max(step.settling for step in steps), max(float(step.t[-1]) for step in steps)))
         axes.set(xlabel="time [s]", ylabel="response to a step of 1")
@@ -306,7 +306,7 @@ def draw_over(path: Path, label: str, at: Array, loops: Sequence[Analysis], shee
         for axes, (title, of) in zip(grid, MEASURES, strict=True):
             for i, channel in enumerate(loops[0].channels):
                 values = np.array([of(one.margins[i]) for one in loops])
-                drawn, aside = line(channel.name, i), 0.0
+                drawn, aside = LINES[place_of(channel.name, i)], 0.0
                 if label != "time [s]":
                     drawn = {"color": drawn["color"], "marker": "o+x^"[i % 4], "linestyle": ""}
                     aside = 0.1 * (i - 0.5 * (len(loops[0].channels) - 1))
