@@ -91,13 +91,13 @@ def test_gains_are_flown_in_the_class_s_mission_and_the_best_two_flights_are_kep
 
 def test_a_student_is_told_what_was_wrong_with_a_flight_that_was_not_lost(room):
     told = flown(room, "[controller]\nK_r1 = 8.0\n").message
-    assert told.startswith("Flown to its end, as asked. At rest where the path begins, its loop is sound: ")
+    assert told.startswith("Flown to its end, as asked. At rest at the start of its path, the loop is sound: ")
     member = flown(room, "[controller]\nK_r1 = 0.3\n")
     reasons = json.loads((member.folder / f"{member.latest.number}" / MANIFEST).read_text())["grade_reasons"]
     assert reasons and member.message.startswith(
-        f"Completed. However, {', and '.join(reasons)}. At rest where the path begins, "
+        f"Completed. However, {', and '.join(reasons)}. At rest at the start of its path, "
     )
-    assert "its loop is unstable: " in member.message and "A longer flight" not in member.message
+    assert "the loop is unstable: " in member.message and "A longer flight" not in member.message
 
 
 def test_board_and_attempts_say_that_a_loop_is_fragile_and_what_limits_it(room, port, tmp_path):
