@@ -67,19 +67,20 @@ def test_every_number_of_the_text_is_one_of_the_table(proved):
     assert f"{away['x']} mm" in run.out
 
 
-def test_the_tube_is_drawn_as_a_band_along_every_axis_in_one_unit(tmp_path):
+@pytest.mark.parametrize(("unit", "factor"), [("mm", 1e3), ("m", 1.0)])
+def test_the_tube_is_drawn_as_a_band_along_every_axis_in_one_unit(tmp_path, unit, factor):
     loop = SampledLoop(Mission.model_validate(tomllib.loads(MISSION)).plan())
     bound = np.full((11, 2), 0.10005)
     bound[-1, 0] += 1e-9  # less than is written
-    error = np.cumsum(bound, axis=0)
+    error = np.cumsum(bound, axis=0) * (1.0 if unit == "m" else 0.5)
     (figure,) = of_tube(loop, error, bound)
     assert "It is widest along x and z, 100.1 mm to each side at" in figure.caption.replace("\u00a0", " ")
-    for panel, off, half in zip(figure.panels, 1e3 * error.T, 1e3 * bound.T, strict=True):
+    for panel, off, half in zip(figure.panels, factor * error.T, factor * bound.T, strict=True):
         low, high = panel.band
         np.testing.assert_allclose(0.5 * (low + high), off)
         np.testing.assert_allclose(0.5 * (high - low), half)
     axes = figure.picture().axes
-    assert {one.get_ylabel().partition("[")[2] for one in axes} == {"mm]"}
+    assert {one.get_ylabel().partition("[")[2] for one in axes} == {f"{unit}]"}
     assert all(len(one.collections) >= 1 for one in axes)
     figure.draw(tmp_path)
 
@@ -98,7 +99,7 @@ def test_hover_is_drawn_with_flights_that_stay_within_what_is_proved(tmp_path):
     for panel in picture.panels:
         assert np.all(panel.lines["flown"] <= panel.lines["proved"])
     share = max(float((panel.lines["flown"] / panel.lines["proved"]).max()) for panel in picture.panels)
-    assert f"up to {100.0 * share:.0f} % of it" in picture.caption
+    assert f"up to {100.0 * share:.0f} % of the bound" in picture.caption
     assert share > 0.1
 
 

@@ -119,8 +119,8 @@ def brief(value: float | None, unit: str = "") -> str:
 
 
 def joules(value: float, most: float) -> str:
-    """In the unit that suits the largest value of its table."""
-    unit, factor = units.handy("J", most)
+    """In the unit that suits the largest value of its table, or one much smaller."""
+    unit, factor = units.handy("J", most if abs(value) > 1e-4 * most else abs(value))
     return f"{factor * value + 0.0:.4g} {unit}"
 
 
@@ -198,9 +198,9 @@ def tables(c: FlightCertificate) -> Tables:
         changes=[
             *([f"by {said}", joules(work[name], rate["largest[J]"])]
               for name, (said, _) in TERMS.items()),
-            ["together, without that part: the change of L", joules(rate["last[J]"] - rate["first[J]"], rate["largest[J]"])],
-            *([f"L, {when}", joules(rate[key], rate["largest[J]"])]
-              for when, key in (("at first", "first[J]"), (f"largest{until}", "largest[J]"), (f"last{until}", "last[J]"))),
+            ["the change of L: all but that part", joules(rate["last[J]"] - rate["first[J]"], rate["largest[J]"])],
+            *([f"L at {when}", joules(rate[key], rate["largest[J]"])]
+              for when, key in (("the start", "first[J]"), (f"most{until}", "largest[J]"), (f"{c.until:.3g} s", "last[J]"))),
         ],
         ways=[
             ["formula and plant, largest difference", brief(agree), "< 10^-9", mark(ROUNDING - agree)],

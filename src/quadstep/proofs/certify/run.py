@@ -101,19 +101,20 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
     )
 
 
-CONDITIONS = ("", "on this flight", "at any attitude", "must be", "")
+CONDITIONS = ("", "on this flight", "at any attitude", "must be", "verdict")
 BALL = (
-    "L (Eq. 55) joins all errors in one energy: the filtered errors r = (r_1, r_2), their integrals, and what the weights of "
-    "the nets lack of ideal ones. Theorem 5.1 promises that L falls while |r| > b_r = (kappa W_B^2 / 4 + eps_N) / K_min. Here "
-    "eps_N is the largest error that even ideal weights leave, and W_B their size. As in the paper, |r| mixes m/s and rad/s."
+    "L (Eq. 55) joins all errors in one energy: the filtered errors r = (r_1, r_2), their integrals, and how far the weights "
+    "of the nets are from ideal ones. Theorem 5.1 promises that L falls while |r| > b_r = (kappa W_B^2 / 4 + eps_N) / K_min, "
+    "where eps_N is the largest error that even ideal weights leave, and W_B their size. As in the paper, |r| mixes m/s and "
+    "rad/s."
 )
 CHANGED = (
-    "What each term of L_dot added to L, or took from it, makes up the change of L. Commands are held from sample to sample; "
-    "sampling is what this adds."
+    "The change of L is the sum of what each term of L_dot added to it or took from it. The terms are those of a command that "
+    "changes continuously; the flown one is held from sample to sample, and “sampling” is the difference that this makes."
 )
 CHECKED = (
     "L_dot is computed in three ways: by the formula, from the plant's accelerations and from differences of L. The first two "
-    "are the same but for rounding; the third differs by what sampling adds. All numbers are in certificate.json."
+    "differ only by rounding; the third differs by what sampling adds. All numbers are in certificate.json."
 )
 """What the rows of the tables are about."""
 

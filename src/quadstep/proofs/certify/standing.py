@@ -197,8 +197,8 @@ def seen(c: FlightCertificate) -> str:
     faint = [name for name in every if name not in shown]
     return (
         f"Left: {left}{of_ball(c)}.{rest} Theorem 5.1 promises only that L falls outside the ball b_r. Right{late}: "
-        "what each term of L_dot has added to L by then, or taken from it, as areas; sampling is the remainder, since "
-        "commands are held between samples. The line is their sum, by which L has changed since the start."
+        "what each term of L_dot has added to L up to each time, or taken from it, as areas; sampling is the remainder, since "
+        "commands are held between samples. The line is their sum, the change of L since the start."
         f"{f' Too small to be drawn: {units.listed(faint)}.' if faint else ''}"
     )
 

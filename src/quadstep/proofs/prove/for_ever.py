@@ -10,7 +10,7 @@ from quadstep.proofs.prove.certificate_file import SetCertificate, folder_from, 
 from quadstep.proofs.prove.check_set import check_set
 from quadstep.proofs.prove.hold import Departure, Hold, described, number_extents
 from quadstep.proofs.prove.proof_pictures import of_departure, of_set
-from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, millimetres, off, under, within
+from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, length, off, under, within
 from quadstep.proofs.prove.rest import LONGEST
 from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.unknown import Unknown
@@ -42,7 +42,7 @@ def hover_for_ever(
         f"What stopped a larger set: {kept.found.limit}.",
     ]
     if not enough:
-        says = [f"undecided: starts within {1e3 * unknown.start:g} mm were requested, and less is proved.", *says]
+        says = [f"undecided: starts within {length(unknown.start, digits=6)} were requested, and less is proved.", *says]
     kind = VerdictKind.PROVED if enough else VerdictKind.OPEN
     return ProofVerdict(name, kind, rows, says, out, COLUMNS, of_set(loop, kept, position))
 
@@ -51,7 +51,7 @@ def left_hover(name: str, loop: SampledLoop, unknown: Unknown, leaves: Departure
     """Hover that flights leave from a start close to it."""
     axes, begins, box = loop.loop.plant.axes, number_extents(loop, leaves.begun), number_extents(loop, leaves.reach)
     rows = [
-        [axis, millimetres_up(float(one)), millimetres_down(float(far)) if far else "0 mm"]
+        [axis, off_rest(float(one)), length(float(far), rounded_down, 3)]
         for axis, one, far in zip(axes, leaves.begun, leaves.reach, strict=False)
     ]
     for part, (far, unit) in box.items():
@@ -60,8 +60,9 @@ def left_hover(name: str, loop: SampledLoop, unknown: Unknown, leaves: Departure
         rows.append([quantity(part), *said])
     others = f", {under(Unknown(*unknown[:4]))}" if any(unknown[:4]) else ""
     says = [
-        f"disproved: hover is unstable{others}. A flight that is off its rest as the first column says, along the mode that "
-        f"grows fastest, leaves the box of the second column within {rounded_up(leaves.seconds, 3):g} s.",
+        f"disproved: flights close to hover do not all stay close, for it is unstable{others}. A flight that is off its rest "
+        "as the first column says, along the mode that grows fastest, leaves the box of the second column within "
+        f"{rounded_up(leaves.seconds, 3):g} s.",
         f"This holds for the law as flown, with rounding, at whichever sample from {loop.period:g} s on it is in that "
         "state; the law's memory is off its rest too. It leaves the box as soon as one number is farther off than the second "
         "column says, or one of the law's memory is beyond a bound of its own.",
@@ -76,27 +77,23 @@ def listed(values: Sequence[float], rounded: Callable[[float, int], float], leas
 
 
 def rows_of(axes: Sequence[str], start: float, position: Array) -> list[list[str]]:
-    return [[axis, millimetres_down(start), f"{millimetres(float(one))} mm"] for axis, one in zip(axes, position, strict=True)]
+    return [[axis, length(start, rounded_down, 3), length(float(one))] for axis, one in zip(axes, position, strict=True)]
 
 
-def millimetres_up(metres: float) -> str:
-    return f"{millimetres(metres)} mm" if metres >= NOTHING else f"below {1e3 * NOTHING:g} mm"
-
-
-def millimetres_down(metres: float) -> str:
-    return f"{rounded_down(1e3 * metres, 3):.3g} mm"
+def off_rest(metres: float) -> str:
+    return length(metres) if metres >= NOTHING else f"below {1e3 * NOTHING:g} mm"
 
 
 def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, period: float, bounds: str) -> str:
     others = f" {under(Unknown(*unknown[:4]))}," if any(unknown[:4]) else ""
     also = off(unknown._replace(start=0.0))
-    moved = f", off it by {' and '.join(also)} at most in the other parts of its state" if also else ""
     point = ", ".join(f"{one:.6g}" for one in begun)
-    else_ = "else as the mission's" if own else "else, with the law's memory, as at rest (the mission's start is too far off)"
+    like = "the mission's" if own else "rest, the law's memory included (the mission's own start is too far from it)"
+    near = f"within {' and '.join(also)} of " if also else "" if own else "at "
     return (
-        f"every flight{others} whose start is within {millimetres_down(start)} of ({point}) m on each axis{moved}, "
-        f"{else_}, stays within {bounds} of the loop's rest at all samples from {period:g} s to {LONGEST:g} s (11.6 "
-        "days), the longest time that this proof covers."
+        f"every flight{others} whose start is within {length(start, rounded_down, 3)} of ({point}) m on each axis, and "
+        f"otherwise {near}{like}, stays within {bounds} of the loop's rest at all samples from {period:g} s to {LONGEST:g} s "
+        "(11.6 days), the longest time that this proof covers."
     )
 
 

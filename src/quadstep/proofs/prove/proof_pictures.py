@@ -8,7 +8,7 @@ import numpy as np
 
 from quadstep.numbers import flatten, rebuild
 from quadstep.proofs.prove.hold import Departure, Hold
-from quadstep.proofs.prove.report import millimetres
+from quadstep.proofs.prove.report import length
 from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.report import units
 from quadstep.report.drawing import FigureJob
@@ -22,18 +22,19 @@ def of_tube(loop: SampledLoop, error: Array, bound: Array) -> list[FigureJob]:
     """A tube as far as it is closed. error: flown less desired position, and bound: of every flight about the flown one,
     (samples + 1, axes) [m].
     """
-    axes, reach = loop.loop.plant.axes, 1e3 * float((np.abs(error) + bound).max())
+    axes, reach = loop.loop.plant.axes, float((np.abs(error) + bound).max())
+    unit, factor = ("mm", 1e3) if reach < 1.0 else ("m", 1.0)
     time: Array = np.arange(len(bound), dtype=np.float64) * loop.period
     panels = [
-        Panel(f"error in {axis}", "mm", {"the mission's flight": off}, reach=reach, band=(off - half, off + half))
-        for axis, off, half in zip(axes, 1e3 * error.T, 1e3 * bound.T, strict=True)
+        Panel(f"error in {axis}", unit, {"the mission's flight": off}, reach=factor * reach, band=(off - half, off + half))
+        for axis, off, half in zip(axes, factor * error.T, factor * bound.T, strict=True)
     ]
-    most = [millimetres(one) for one in bound.max(axis=0).tolist()]
+    most, widest = [length(one) for one in bound.max(axis=0).tolist()], length(float(bound.max()))
     at = float(time[np.argmax(bound.max(axis=1))])
-    along = [axis for axis, one in zip(axes, most, strict=True) if one == millimetres(float(bound.max()))]
+    along = [axis for axis, one in zip(axes, most, strict=True) if one == widest]
     caption = (
         "Line: how far the mission's own flight is from its path. Band: where every other flight is proved to be. It is "
-        f"widest along {units.listed(along)}, {millimetres(float(bound.max()))} mm to each side at {units.quantity(at, 's')}; "
+        f"widest along {units.listed(along)}, {widest} to each side at {units.quantity(at, 's')}; "
         "where none is seen, it is thinner than the line."
     )
     return [FigureJob("tube", caption, time, panels, len(panels))]
@@ -46,7 +47,7 @@ def of_flight(t: Array, errors: Array, limit: float) -> list[FigureJob]:
     last, at = units.quantity(float(far[-1]), "m", 4), units.quantity(float(t[-1]), "s")
     caption = (
         f"Distance of the mission's own flight from its path: {last} at its end, {at}. A flight that goes beyond the limit is "
-        "lost. On this scale a line that rises evenly is an error that doubles again and again."
+        "lost. On this logarithmic scale, an error that doubles again and again rises along a straight line."
     )
     return [FigureJob("flight", caption, t, [Panel("distance", "m", lines, LOG)])]
 
@@ -73,7 +74,7 @@ def of_set(loop: SampledLoop, kept: Hold, position: Array) -> list[FigureJob]:
     caption = (
         f"Flown from the {corners.shape[1]} corners of the box of starts: the farthest of these flights from the loop's rest, "
         f"at each sample of the first {time[-1]:g} s, within what is proved for every start in the box and all later samples. "
-        f"They use up to {100.0 * share:.0f} % of it."
+        f"They reach up to {100.0 * share:.0f} % of the bound."
     )
     return [FigureJob("set", caption, time, panels, len(panels))]
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from pathlib import Path
 from typing import NamedTuple
@@ -48,21 +48,23 @@ class ProofVerdict(NamedTuple):
     settings: Sequence[Sequence[str]] = ()
 
 
-def millimetres(metres: float) -> str:
-    return f"{units.rounded_up(1e3 * metres, 4):.4g}" if metres > 0.0 else "0"
+def length(metres: float, rounded: Callable[[float, int], float] = units.rounded_up, digits: int = 4) -> str:
+    """A bound on a length, rounded up or down, below a metre in mm."""
+    unit, factor = ("mm", 1e3) if metres < 1.0 else ("m", 1.0)
+    return f"{rounded(factor * metres, digits) if metres > 0.0 else 0.0:.{digits}g} {unit}"
 
 
 def within(axes: Sequence[str], bounds: Sequence[float]) -> str:
     """Bounds [m] in a sentence, axes that share one together."""
-    said = [millimetres(one) for one in bounds]
+    said = [length(one) for one in bounds]
     along = {one: [axis for axis, other in zip(axes, said, strict=True) if other == one] for one in said}
-    return units.listed([f"{one} mm along {units.listed(names)}" for one, names in along.items()])
+    return units.listed([f"{one} along {units.listed(names)}" for one, names in along.items()])
 
 
 def off(unknown: Unknown) -> list[str]:
     """How far a start may be from the mission's, part by part."""
     words = [
-        f"{1e3 * unknown.start:g} mm" if unknown.start else "",
+        length(unknown.start, digits=6) if unknown.start else "",
         f"{unknown.start_velocity:g} m/s" if unknown.start_velocity else "",
         f"{math.degrees(unknown.start_attitude):g}° of attitude" if unknown.start_attitude else "",
         f"{math.degrees(unknown.start_rates):g}°/s" if unknown.start_rates else "",
@@ -127,7 +129,7 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
         sections.append(TableSection("How it was computed", "settings", ("", ""), verdict.settings))
     if verdict.written:
         name = verdict.written.name
-        said = f"The certificate; `quadstep prove --check {name}` checks it with code of its own:"
+        said = f"The certificate, which `quadstep prove --check {name}` checks with independent code:"
         sections.append(markup.links([(quote(name), name)], said))
     first = sentence(verdict.says[0])
     with tempfile.TemporaryDirectory() as folder:

@@ -25,9 +25,10 @@ from quadstep.proofs.prove.checker import check_certificate
 from quadstep.proofs.prove.for_ever import check_for_ever, hover_for_ever, left_hover
 from quadstep.proofs.prove.hold import Departure, invariant_set
 from quadstep.proofs.prove.hover import Hover, Instability, hover, instability
+from quadstep.proofs.prove.invariant import MOST_STEPS
 from quadstep.proofs.prove.linear_maps import Coordinates, block, coordinates
 from quadstep.proofs.prove.proof_pictures import of_flight, of_tube
-from quadstep.proofs.prove.report import UNTIL, ProofVerdict, VerdictKind, millimetres, under, within
+from quadstep.proofs.prove.report import UNTIL, ProofVerdict, VerdictKind, length, under, within
 from quadstep.proofs.prove.rest import path_rests
 from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.proofs.prove.tube import SAMPLES, OpenTube, beginning, tube
@@ -79,7 +80,7 @@ def prove_mission(
         return unstable(mission.name, plan, at, found)
     why = ""
     if path_rests(loop):
-        with bar("proving", "sets") as progress:
+        with bar("proving", f"of at most {MOST_STEPS} sets") as progress:
             kept = invariant_set(loop, unknown, progress.to)
         if isinstance(kept, Departure):
             return left_hover(mission.name, loop, unknown, kept)
@@ -146,7 +147,7 @@ def scale(plan: FlightPlan, unknown: Unknown) -> list[str]:
 
 def bounds_of(axes: Sequence[str], *bounds: Array) -> list[list[str]]:
     """A row for each axis, of each bound [m]."""
-    return [[axis, *(f"{millimetres(float(one))} mm" for one in each)] for axis, *each in zip(axes, *bounds, strict=True)]
+    return [[axis, *(length(float(one)) for one in each)] for axis, *each in zip(axes, *bounds, strict=True)]
 
 
 def refuse_singular(path: Path, loop: SampledLoop, flown: Array, unknown: Unknown, chosen: Coordinates) -> None:
@@ -186,7 +187,7 @@ def path_samples(loop: SampledLoop, count: int) -> Array:
 
 def not_for_ever(why: str) -> list[str]:
     """The note that hover was not shown to hold for all time, if that was tried."""
-    return [f"undecided: no set was found that hover never leaves after the flight: {why}."] if why else []
+    return [f"undecided: what follows the flight. No set was found that hover never leaves: {why}."] if why else []
 
 
 def still_open(
@@ -197,7 +198,7 @@ def still_open(
     position, seconds = bound.max(axis=0), (closed - 1) * loop.period
     away = (off[:closed] + bound).max(axis=0)
     rows = [
-        [axis, *(f"{millimetres(one)} mm{UNTIL}{seconds:g} s" for one in bounds)]
+        [axis, *(f"{length(one)}{UNTIL}{seconds:g} s" for one in bounds)]
         for axis, *bounds in zip(plan.loop.plant.axes, position, away, strict=True)
     ]
     says = [
@@ -213,11 +214,12 @@ def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> Pro
     place = ", ".join(f"{one:g}" for one in at.position)
     doubling = f"{math.log(2.0) / growth.slowest:.3g} s"
     says = [
-        f"disproved: hover at the path's end ({place}) m is unstable: starts arbitrarily near to it are driven away, the "
-        f"fastest error doubling every {doubling}. It is an exact equilibrium of the sampled loop, and {growth.unstable} of "
-        f"the {growth.states} eigenvalues of its Jacobian lie outside the unit circle, the law taken in exact arithmetic. The "
-        f"fastest error grows at {rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s. `fly` and "
-        "`linear` judge rest where the path begins, where a deviation may grow at another rate.",
+        f"disproved: flights that begin near hover at the path's end, ({place}) m, do not all stay near it. Hover there is "
+        f"unstable: starts arbitrarily near it are driven away, the fastest error doubling every {doubling}. It is an exact "
+        f"equilibrium of the sampled loop, and {growth.unstable} of the {growth.states} eigenvalues of its Jacobian lie "
+        "outside the unit circle, the law taken in exact arithmetic. The fastest error grows at "
+        f"{rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s. `fly` and `linear` judge rest where "
+        "the path begins, where a deviation may grow at another rate.",
         *consequence(plan),
         flight_says(log),
     ]
@@ -249,25 +251,22 @@ def consequence(plan: FlightPlan) -> list[str]:
 def flight_says(log: FlightLog) -> str:
     """How the mission's own flight ended."""
     if log.outcome is Outcome.COMPLETED:
-        return f"The mission's own flight was completed in {log.ended:g} s; the table shows how far it was off the path."
+        return f"The mission's own flight was completed in {log.ended:g} s; the table shows its largest errors."
     return (
-        f"The mission's own flight was lost at {log.ended:.4g} s ({REASONS[log.outcome]}); the table shows its largest "
-        f"errors up to the last row of its log, at {log.column('t')[-1]:.6g} s, and those when it was lost."
+        f"The mission's own flight was lost at {log.ended:.4g} s ({REASONS[log.outcome]}); the table shows its largest errors "
+        "up to and including that moment."
     )
 
 
 def flown_verdict(name: str, plan: FlightPlan, log: FlightLog, says: list[str]) -> ProofVerdict:
-    """A disproof with the mission's own flight: how far it was off its path along each axis, in its log, and in the state that
+    """A disproof with the mission's own flight: how far it was off its path along each axis, in its log or in the state that
     ended a lost one, which the log is without.
     """
     axes = plan.loop.plant.axes
-    columns: tuple[str, ...] = ("axis", "flown off the path by")
     errors, t = log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes)), log.column("t")
-    off = [np.abs(errors).max(axis=0)]
     last = np.array(tuple(plan.loop.plant.error(log.final.state, plan.loop.reference(log.ended, plan.parameters))))
     if log.outcome is not Outcome.COMPLETED and np.isfinite(last).all():
         errors, t = np.vstack([errors, last]), np.append(t, log.ended)
-        off, columns = [*off, np.abs(last)], ("axis", "largest error", "when lost")
-    texts = [in_one_unit([(one, math.nan, math.nan) for one in errors.tolist()], "m") for errors in off]
-    rows, shown = [list(row) for row in zip(axes, *texts, strict=True)], of_flight(t, errors, plan.parameters.limits.distance)
-    return ProofVerdict(name, VerdictKind.DISPROVED, rows, says, columns=columns, pictures=shown)
+    texts = in_one_unit([(one, math.nan, math.nan) for one in np.abs(errors).max(axis=0).tolist()], "m")
+    rows, shown = [list(row) for row in zip(axes, texts, strict=True)], of_flight(t, errors, plan.parameters.limits.distance)
+    return ProofVerdict(name, VerdictKind.DISPROVED, rows, says, columns=("axis", "largest error"), pictures=shown)
