@@ -210,7 +210,7 @@ def test_the_first_sentence_and_the_cards_say_the_same_of_the_same_predictions(f
         in said
     )
     assert (
-        "rates worse than the better one. Predictions that know the setpoints too are off by 100\u00a0mm. The vehicle file is "
+        "rates worse than the better one. Predictions that also use the setpoints are off by 100\u00a0mm. The vehicle file is "
         "from a second" in said
     )
     assert said.endswith(
@@ -219,7 +219,7 @@ def test_the_first_sentence_and_the_cards_say_the_same_of_the_same_predictions(f
     )
     assert all(one.more.startswith("0.5\u00a0s ahead from commands alone: ") for one in facts(worse.commands, 0.01))
     cards = [one.more.partition(": ")[2] for one in facts(worse.commands, 0.01)]
-    constant, still = "the error if velocity and rates stayed constant", "the error if rates were zero"
+    constant, still = "the error of assuming constant velocity and rates", "the error of assuming zero rates"
     assert percent(0.2) in said
     assert cards == [f"{percent(one)} of {than}" for one, than in
                      ((0.2, constant), (0.5, constant), (1.13, constant), (1.63 / 0.95, still))]  # fmt: skip
@@ -232,9 +232,7 @@ def test_the_first_sentence_and_the_cards_say_the_same_of_the_same_predictions(f
     assert "predicts position worse than the better baseline, but velocity, attitude and rates better than both" in poor
     fine = worse._replace(commands=compared([0.2, 0.5, 0.8, 0.6]))
     assert "predicts position, velocity, attitude and rates better than both baselines." in answer(fine, 0.01)
-    sagging = (
-        "The modelled thrust is 0.90 to 1.10 times the thrust needed: predictions correct for this from the log; a simulated"
-    )
+    sagging = "The modelled thrust is 0.90 to 1.10 times the thrust needed. Predictions learn this error from the log and"
     assert sagging in answer(fine._replace(thrust=(0.9, 1.1)), 0.01)
     assert "; no flight was held out, so nothing shows how well it predicts others. " in answer(
         fine._replace(commands=None), 0.01
@@ -270,8 +268,8 @@ def test_more_unexplained_angular_acceleration_than_was_measured_is_said_with_ax
 
     assert worse_than_none([flown([0.1, 0.9, 0.99])]) == worse_than_none([]) == ""
     assert worse_than_none([flown([0.1, 0.9, 1.5]), flown([2.0, 0.9, 1.5])]) == (
-        "More angular acceleration is unexplained than was measured (RMS) about x in 1 of 2 flights and about z in 2 of 2 "
-        "flights."
+        "The unexplained angular acceleration is larger than the measured one (RMS) about x in 1 of 2 flights and about z in "
+        "2 of 2 flights."
     )
 
 
@@ -286,9 +284,9 @@ def test_numbers_of_the_starting_vehicle_outside_the_intervals_are_marked_and_un
     }
     fit = Identified(flight_numbers, None, found, {})
     assert graded(fit) == (
-        "2 of 5 vehicle parameters are identified: 2 barely. 2 more are known only in proportion to the given mass, thrust "
-        "coefficient or yaw inertia: 1 well (to within 10 %) and 1 roughly (to within 50 %). The flights do not tell the sign "
-        "of centre of gravity along y, which is not counted."
+        "2 of 5 vehicle parameters are identified, all barely (not to within 50 %). 2 more are known only in proportion to "
+        "the given mass, thrust coefficient or yaw inertia: 1 well (to within 10 %) and 1 roughly (to within 50 %). Not "
+        "counted, since its sign is unknown: centre of gravity along y."
     )
     alone, scaled = fitted(fit, given, 5.5e-5)
     assert [row[:5] for row in alone.rows] == [

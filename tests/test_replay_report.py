@@ -244,21 +244,19 @@ def test_motors_that_never_run_or_are_beyond_full_are_named(tmp_path, logs, fact
 def test_a_wrong_thrust_comes_before_what_rests_on_it(tmp_path, logs):
     right = ErrorTable(("a",), HORIZONS, *([np.full((3, 4, 1), size) for size in (0.1, 1.0, 1.0)]), 100)
     found = Replayed(0.01, [Predictions("predictions", right)], (0.83, 1.02), [], [])
-    better = (
-        "if velocity and rates stayed constant: on this flight, the model predicts position, velocity, attitude and rates "
-    )
+    better = "assuming constant velocity and rates: on this flight, the model predicts position, velocity, attitude and rates "
     better += "better than both baselines."
     said = (
-        "The modelled thrust is 0.83 to 1.02 times the thrust needed: predictions correct for this from the log; a simulated"
+        "The modelled thrust is 0.83 to 1.02 times the thrust needed. Predictions learn this error from the log and correct it"
     )
-    assert answer(found).endswith(f"{better} {said} flight cannot.")
+    assert answer(found).endswith(f"{better} {said}; simulated flights cannot.")
     assert answer(found._replace(thrust=(0.97, 1.04))).endswith(better)
     assert answer(found._replace(thrust=None)).endswith(better)
     log = logs / "B0_made.csv"
     vehicle = tmp_path / "heavy.toml"
     vehicle.write_text('preset = "crazyflie"\nmass = 0.045\n')
     run = quadstep("replay", log, "--vehicle", vehicle, "--mapping", logs / "map.toml")
-    assert re.search(r"\. The modelled thrust is 0\.\d\d( to 0\.\d\d)? times the thrust needed: ", run.out)
+    assert re.search(r"\. The modelled thrust is 0\.\d\d( to 0\.\d\d)? times the thrust needed. ", run.out)
 
 
 def test_a_folder_holds_one_replay(tmp_path, logs):

@@ -238,7 +238,7 @@ def of_wrong_thrust(span: tuple[float, float] | None) -> list[str]:
     """The same if it is wrong, with what follows from that."""
     if span is None or not is_wrong(span):
         return []
-    return [f"{of_thrust(span)}: predictions correct for this from the log; a simulated flight cannot."]
+    return [f"{of_thrust(span)}. Predictions learn this error from the log and correct it; simulated flights cannot."]
 
 
 def thrust_ratios(flight: FlightRecord, vehicle: AirframeSection) -> Floats:

@@ -12,8 +12,8 @@ from quadstep.mission.listings import numbers
 from quadstep.report.evidence import TableSection
 from quadstep.report.units import counted, handy, interval_texts, listed, number, prose
 
-WELL, ROUGHLY, BARELY, SIGN, UNKNOWN = "well", "roughly", "barely", "sign\u00a0unknown", "not\u00a0known"
-GRADES = {WELL: " (to within 10 %)", ROUGHLY: " (to within 50 %)", BARELY: ""}
+WELL, ROUGHLY, BARELY, SIGN, UNKNOWN = "well", "roughly", "barely", "sign\u00a0unknown", "not\u00a0at\u00a0all"
+GRADES = {WELL: " (to within 10 %)", ROUGHLY: " (to within 50 %)", BARELY: " (not to within 50 %)"}
 """How well a number is known, by its 95 % interval. One that may have either sign is not identified."""
 FROM_WORST = (UNKNOWN, SIGN, BARELY, ROUGHLY, WELL)
 
@@ -46,7 +46,11 @@ def graded(fit: Identified) -> str:
     if scaled:
         more = f"{len(scaled)} more {be(scaled)} known only in proportion to the given mass, thrust coefficient or yaw inertia"
         said += f" {more}{in_grades(scaled)}."
-    return said + f" The flights do not tell the sign of {listed(either)}, which {be(either)} not counted." * bool(either)
+    return (
+        said
+        + f" Not counted, since {'its sign is' if len(either) == 1 else 'their signs are'} unknown: {listed(either)}."
+        * bool(either)
+    )
 
 
 def be(several: Sequence[object]) -> str:
@@ -56,7 +60,8 @@ def be(several: Sequence[object]) -> str:
 def in_grades(several: Sequence[str]) -> str:
     """How many are known how well."""
     how = [f"{several.count(one)} {one}{width}" for one, width in GRADES.items() if one in several]
-    return f": {listed(how)}" if how else ""
+    alike = len(how) == 1 and len(several) > 1
+    return f", all {how[0].partition(' ')[2]}" if alike else f": {listed(how)}" if how else ""
 
 
 def number_of(vehicle: AirframeSection, key: str, usual: float) -> float:
@@ -79,12 +84,12 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
         name, span = in_words(key) + f" [{unit}]" * bool(unit), fraction(one) if over else f"{low} to {high}"
         rows[bool(over)].append((name, value, span, theirs, grade(one), over))
     mass, thrust, about_z, before_z = map(number, (given.mass, given.rotor.thrust_coefficient, upright, given.inertia[2]))
-    whole = "These intervals hold whatever the vehicle weighs; they take its rotors to be where the given vehicle has them."
+    whole = "These intervals hold whatever the vehicle's mass; they assume its rotors to be where the given vehicle has them."
     scale = (
         "No flight reveals the mass m, the rotors' thrust coefficient k_f or the inertia about z, J_z. The next table is for "
         f"m = {mass} kg and k_f = {thrust} N s^2, as given, and J_z = {about_z} kg m^2 (given: {before_z}), in proportion to "
-        "the inertias about x and y. If one is wrong, so are the values, in proportion; where it is J_z, only nearly, and the "
-        "interval of the torque coefficient holds only if J_z is right. The fit's own error adds to that."
+        "the inertias about x and y. If one of the three is wrong, so are the values, in proportion (for J_z only nearly, "
+        "and the interval of the torque coefficient holds only if J_z is right). The fit's own error adds to that."
     )
     header = ("parameter", "value", "95 % interval", "given", "known", "proportional to")
     ratio = "Known only up to the mass m, thrust coefficient k_f and yaw inertia J_z"

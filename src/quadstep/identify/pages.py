@@ -31,7 +31,7 @@ from quadstep.report.units import counted, handy, quantity
 ERRORS = f"{FIGURES}/errors"
 AGAINST_GUESSES = (
     "Mean prediction error against the time ahead, and that of two baselines without a model: velocity and rates stay "
-    "constant, or the rates are zero. The vehicle helps where its line is below both."
+    "constant, or the rates are zero. The model helps where its line is below both."
 )
 
 AHEAD = 10
@@ -145,7 +145,7 @@ def flight_picture(one: FlightComparison, place: int) -> FigureJob:
     panels = [
         Panel(name, "m", {key: values[:, i] for key, values in lines.items()}, reach=reach) for i, name in enumerate("xyz")
     ]
-    apart = f"the simulation was lost: {one.lost}" if one.lost else f"they are {quantity(one.apart, 'm')} apart (RMS)"
+    apart = f"the simulation was lost: {one.lost}" if one.lost else f"the last two are {quantity(one.apart, 'm')} apart (RMS)"
     return FigureJob(
         f"{FIGURES}/again{place}", f"{one.name}: setpoint, real and simulated position; {apart}.", one.time, panels, 3
     )
@@ -199,10 +199,11 @@ def prediction_picture(one: Followed, place: int, kind: str) -> FigureJob:
         panels += [Panel(next(labels), unit, both) for both in lines]
         panels.append(Panel(next(labels), unit, dict(zip(names, (made - real).T, strict=True))))
     caption = (
-        f"{one.name}{f' ({kind})' if kind else ''}: measured, and {earlier}. The position's largest error "
-        f"{HORIZONS[-1] * one.period:.2g} s ahead, {quantity(float(off[worst]), 'm')}, is that of the prediction from "
-        f"{one.time[worst]:.1f} s (of those from {one.time[0]:.1f} to {one.time[-1]:.1f} s). The residuals show what the "
-        "vehicle does not explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag or delay."
+        f"{one.name}{f' ({kind})' if kind else ''}: measured, and {earlier}. The largest error of the position "
+        f"{HORIZONS[-1] * one.period:.2g} s ahead, {quantity(float(off[worst]), 'm')}, is that of the prediction made at "
+        f"{one.time[worst]:.1f} s (the first is made at {one.time[0]:.1f} s, the last at {one.time[-1]:.1f} s). The residuals "
+        "are what the model does not explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag "
+        "or delay."
     )
     return FigureJob(f"{FIGURES}/predicted{place}", caption, time[kept], panels, 2)
 
@@ -227,5 +228,7 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
                 first = panel
                 panel.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1)
             panel.set_ylabel(f"{turn} rate [°/s per √Hz]")
-    caption = "spectra of the rates and of the residuals; the vehicle explains a frequency as far as its residual is lower."
+    caption = (
+        "spectra of the rates and of the residuals; the model explains the motion at a frequency where its residual is lower."
+    )
     return Figure(name, f"{one.name}: {caption}", set_as=escape)

@@ -47,7 +47,7 @@ HARDLY = 0.9
 TIMES = 2.0
 """From this ratio on it is said how many times."""
 
-CONSTANT = "the error if velocity and rates stayed constant"
+CONSTANT = "the error of assuming constant velocity and rates"
 
 SI = UNIT | {"attitude": "rad", "rates": "rad/s"}
 
@@ -221,7 +221,7 @@ def share(ratio: Estimate, of: str) -> str:
 
 def to_better_guess(compared: ErrorTable, group: str) -> tuple[Estimate, str]:
     """The ratio to the better of "constant" and "zero rate", and which it is."""
-    both = (compared.ratio(AHEAD, group), CONSTANT), (compared.ratio(AHEAD, group, "zero"), "the error if rates were zero")
+    both = (compared.ratio(AHEAD, group), CONSTANT), (compared.ratio(AHEAD, group, "zero"), "the error of assuming zero rates")
     return max(both, key=lambda one: one[0].value)
 
 
@@ -274,7 +274,7 @@ def estimate_table(estimates: Sequence[Estimated]) -> TableSection:
     return TableSection("Estimates", "estimates", header, rows, f"{sensors}.", escape, shown=sensors)
 
 
-TRACKING = ("real / simulated", "RMSE [cm]", "lag [ms]", "tilt, 99 % [°]", "mean rate [°/s]", "lost")
+TRACKING = ("real / simulated", "RMSE [mm]", "lag [ms]", "tilt, 99 % [°]", "mean rate [°/s]", "lost")
 
 
 def likeness(comparisons: Sequence[FlightComparison]) -> str:
@@ -287,7 +287,7 @@ def likeness(comparisons: Sequence[FlightComparison]) -> str:
     away = " to ".join(dict.fromkeys(quantity(one, "m") for one in (min(apart), max(apart))))
     lost = f"; {len(comparisons) - len(apart)} were lost" if len(apart) < len(comparisons) else ""
     more = [
-        f" But simulated flights {turning}: another loop flies them than flew the real ones."
+        f" But simulated flights {turning}: the loop that flew is not the simulated one."
         for turning in unlike(comparisons, "rate")
     ]
     return "".join([f"{said}, and the simulated position is {away} from the real one (RMS){lost}.", *more])
@@ -306,5 +306,5 @@ def tracking_table(comparisons: Sequence[FlightComparison], controller: str) -> 
 
 def tracked(one: Tracking) -> tuple[str, str, str, str]:
     """How a flight follows its setpoints, as text."""
-    cm, ms, tilt, rate = map(number, (100 * one.rmse, 1e3 * one.lag, np.degrees(one.tilt), np.degrees(one.rate)))
-    return cm, ms, tilt, rate
+    mm, ms, tilt, rate = map(number, (1e3 * one.rmse, 1e3 * one.lag, np.degrees(one.tilt), np.degrees(one.rate)))
+    return mm, ms, tilt, rate

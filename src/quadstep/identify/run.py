@@ -78,8 +78,8 @@ def answer(run: Identification, period: float) -> str:
         unseen = counted(len(run.commands.names), "flight")
         said.append(f"On {unseen} held out of the first fit, the {predicting(run.commands, period)}")
         if run.guided is not None:
-            said.append(f"Predictions that know the setpoints too are off by {off_by(run.guided)}.")
-        said.append("The vehicle file is from a second fit, to all flights, which no flight is left to test.")
+            said.append(f"Predictions that also use the setpoints are off by {off_by(run.guided)}.")
+        said.append("The vehicle file is from a second fit, to all flights, which leaves none to test it.")
     return " ".join([*said, graded(run.found), *of_wrong_thrust(run.thrust)])
 
 
@@ -229,7 +229,7 @@ def worse_than_none(found: Sequence[Followed]) -> str:
     axes = [
         f"about {axis} in {many} of {counted(len(found), 'flight')}" for axis, many in zip("xyz", flights, strict=True) if many
     ]
-    return f"More angular acceleration is unexplained than was measured (RMS) {listed(axes)}." if axes else ""
+    return f"The unexplained angular acceleration is larger than the measured one (RMS) {listed(axes)}." if axes else ""
 
 
 def unexplained(
@@ -248,7 +248,7 @@ def unexplained(
         "its mean", "thrust / needed",
     )  # fmt: skip
     text = (
-        "While the model follows a flight, measurements correct it; what they add to its own torque and thrust is "
-        f"unexplained. RMS and mean values over the flights that were {kind}."
+        "The model follows each flight, corrected by its measurements; what the corrections add to its own torque and "
+        f"thrust is unexplained. RMS and mean values over the flights that were {kind}."
     )
     return TableSection("What the model cannot explain", "left", header, rows, text, escape)

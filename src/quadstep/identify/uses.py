@@ -40,10 +40,10 @@ def uses(fit: Identified) -> TableSection:
         weak = listed([in_words(key) for key, how in known.items() if how == worst])
         rows.append((name, worst, weak * (worst != WELL), log * (worst not in (ROUGHLY, WELL))))
     text = (
-        "Each use rests on several parameters and is as good as the one of them that is known least. Fly the manoeuvres in "
-        "the last column in another log to learn more about it."
+        "Each use rests on several parameters, and the model is as good for it as the least known of them. Another log, of "
+        "the manoeuvres in the last column, would tell more."
     )
-    header = ("the model's", "is known", "least known", "a log that would help")
+    header = ("the model's", "is known", "least known", "what to fly")
     return TableSection("What the model can be trusted for", "uses", header, rows, text, shown="What the model is good for")
 
 
@@ -56,14 +56,16 @@ def tuning(
     known = {key: grade(fitted.get(key), late * (key in LATE)) for key in ("command.speed", *USES[TUNED][0])}
     weak = [in_words(key) for key, how in known.items() if how in (UNKNOWN, BARELY)]
     lost = sum(bool(one.lost) for one in flown)
-    against = [f"{listed(weak)} {be(weak)} not known well enough"] * bool(weak)
+    against = [f"{listed(weak)} {be(weak)} not known to within 50 %"] * bool(weak)
     worse = [one for one in ("attitude", "rates") if compared and to_better_guess(compared, one)[0].value >= 1.0]
     against += [f"on held-out flights it predicts {listed(worse)} no better than a baseline without a model"] * bool(worse)
     against += ["its thrust is wrong by more than 5 %"] * is_wrong(thrust)
     against += ["no flight was held out, so nothing shows how well it predicts others"] * (compared is None)
     apart = [*[f"are lost ({lost} of {len(flown)})"] * bool(lost), *unlike(flown, *FAR)]
-    under = f" Simulated flights under a PID {listed(apart)}: the real controller differs from the PID, or the model is wrong."
+    under = (
+        f" Simulated flights under a PID {listed(apart)}: the real controller differs from this PID, or the model is wrong."
+    )
     if against:
         return f"Do not tune a controller on this model yet: {'; '.join(against)}.{under * bool(apart)}"
-    said = "Nothing found here speaks against tuning roll and pitch on this model, which still is no proof that the gains fly."
+    said = "Nothing found here speaks against tuning roll and pitch on this model; that is no proof that the gains will fly."
     return said + under * bool(apart)
