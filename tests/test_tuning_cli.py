@@ -46,7 +46,8 @@ def test_what_it_writes_and_says(tmp_path):
     assert "1/s]" in report
     assert "bound" not in report + done.out
     figures = ["before_after.png", "before_after.svg", "convergence.png", "convergence.svg"]
-    assert "The one flight: a position RMSE of " in report and "Tuning multiplies Lambda1 (" in done.out.replace("\n", " ")
+    assert "The one flight: a position RMSE of " in report and "decay rate of the position error" in report
+    assert re.search(r"^Lambda1 \[1/s\] +1\.000 +([\d.]+)\d +\1$", done.out, re.MULTILINE), "by what factor it changes"
     assert lasting(out) == [*figures, "history.csv", "metrics.json", "report.html", "table.tex", "tuned.toml"]
     table = (out / "table.tex").read_text(encoding="utf-8")
     assert "& current & tuned & tuned - current" in table
@@ -146,7 +147,7 @@ def test_gains_that_keep_no_constraint_are_not_praised_first(tmp_path):
         written(tmp_path, QUICK.replace("constraints = {}", "constraints = { position_rmse = 1e-9 }")), tmp_path / "out"
     )
     said = "The best gains found do not keep every constraint: position RMSE misses its limit by "
-    assert done.out.startswith(said)
+    assert done.out.startswith(said) and " of it." in done.out
     assert f'<p class="answer">{said}' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
@@ -183,6 +184,8 @@ def test_a_search_that_finds_nothing_keeps_the_file(tmp_path, monkeypatch):
     done = tune(written(tmp_path, text), tmp_path / "out", 19)
     assert done.code == 0
     assert "No better gains were found" in done.out
+    assert re.search(r"^Lambda1 \[1/s\] .* unchanged$", done.out, re.MULTILINE)
+    assert not list((tmp_path / "out").glob("before_after*")), "nothing would be seen on it"
     assert (tmp_path / "out" / "tuned.toml").read_text(encoding="utf-8") == text
 
 

@@ -12,7 +12,7 @@ from quadstep.metrics.statistics import Estimate
 from quadstep.mission.check import check
 from quadstep.mission.tune import TuneSection
 from quadstep.studies.tuning.objective import CandidateFlights, Judge, Row, compare
-from quadstep.studies.tuning.report import answer, measured_rows, move
+from quadstep.studies.tuning.report import answer, measured_rows, moved
 from tests.flights import METRICS
 
 GAINS = {"controller.K_r1": {"low": 1.0, "high": 2.0}}
@@ -147,8 +147,11 @@ def test_a_margin_is_missed_by_the_loop_and_by_no_flight():
     assert table[1][:2] == ["phase margin, at least 28.6°", "34.4°, met"]
     back = compare(asked, after, before)
     assert back.missed == ["largest error at most 600 mm in 0 [0, 3.6] % of 100 unseen flights, 100 % asked"]
-    assert measured_rows(back)[1][:2] == ["largest error at most 600 mm, in 100 % of the flights", "100 [96.4, 100] %, met"]
-    assert measured_rows(back)[1][2].endswith(", not met") and "WORSE" in back.verdict
+    assert measured_rows(back)[0][:2] == [
+        "success: largest error at most 600 mm, in 100 % of the flights",
+        "100 [96.4, 100] %, met",
+    ]
+    assert measured_rows(back)[0][2].endswith(", not met") and "WORSE" in back.verdict
     kept = compare(asked, before, having(0.05, 0.4))
     assert kept.missed == [] and answer(kept).startswith("The tuned gains are better on")
     none = compare(asked, before, having(0.0363, 1.0))
@@ -249,17 +252,18 @@ def test_a_change_that_is_only_rounding_is_zero_and_one_that_no_digit_shows_is_n
     margin, rest = Estimate(30.0, math.nan, math.nan), Estimate(3.6e-15, math.nan, math.nan)
     assert Row("gain_margin_up[dB]", margin, margin, rest).texts[1:] == ["30.0\u00a0dB", "30.0\u00a0dB", "0\u00a0dB"]
     before, after, change = (Estimate(one, one, one) for one in (1.0011, 1.0044, 0.0033))
-    assert move(Row("position_rmse[m]", before, after, change), alone=True) == ""
-    assert " rises from 1.00 m to 1.02 m." in move(
-        Row("position_rmse[m]", before, Estimate(1.02, 1.0, 1.1), change), alone=True
-    )
+    single = compare(judge(), flown([1.0]), flown([0.5]))
+    assert moved(single, Row("position_rmse[m]", before, after, change)) == ""
+    later = Estimate(1.02, 1.0, 1.1)
+    assert moved(single, Row("position_rmse[m]", before, later, change)) == "position RMSE rises from 1.00 m to 1.02 m"
 
 
 def test_a_number_has_the_same_digits_in_a_row_and_in_its_sentence():
     spread, alone = Estimate(0.36078, 0.3606, 0.3613), Estimate(0.35058, 0.35058, 0.35058)
     row = Row("largest_error[m]", spread, alone, Estimate(-0.0102, -0.0107, -0.01))
     assert row.texts[1:3] == ["360.8 [360.6, 361.3]\u00a0mm", "350.6\u00a0mm"]
-    assert move(row, alone=False) == " The mean largest error falls from 360.8 mm to 350.6 mm."
+    found = compare(judge(), flown([1.0] * 8), flown([0.5] * 8))
+    assert moved(found, row) == "mean largest error falls from 360.8 mm to 350.6 mm"
 
 
 def test_a_change_is_one_of_the_same_flights():

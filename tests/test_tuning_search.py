@@ -14,6 +14,7 @@ from quadstep.report.progress import SILENT
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.tuning import run, search
+from quadstep.studies.tuning.convergence import led
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, read_request, required_margins, sound
 from quadstep.studies.tuning.objective import Judge
 from quadstep.studies.tuning.search import Search, population
@@ -232,6 +233,39 @@ def test_what_is_found_is_never_worse_than_the_start_on_the_flights_tuned_on(tmp
         assert best.cost <= present.cost
         assert best.objective == pytest.approx(found.best.judged.objective)
         assert found.best.tried.whole, "what has flown only a few flights is not believed"
+
+
+@pytest.mark.parametrize("better", [False, True])
+def test_where_flights_are_lost_the_best_is_one_of_the_history_whatever_its_margins(tmp_path, monkeypatch, better):
+    original = CandidateFlyer.fly
+
+    def losing(self, candidates, first, count, progress=None):
+        flown = original(self, candidates, first, count, progress)
+        for one, values in zip(flown, candidates, strict=True):
+            one.outcome[:] = 1
+            one.ended[:] = 0.5 if values == self.asked.present else 0.9 if better else 0.1
+        return flown
+
+    monkeypatch.setattr(CandidateFlyer, "fly", losing)
+    monkeypatch.setattr(CandidateFlyer, "margins", lambda *_: {"phase_margin": 0.1})
+    limits = "constraints = { phase_margin = 0.4 }\n"
+    done = run.tune(written(tmp_path, WINDY + SOFT.replace("constraints = {}\n", limits)), 250, tmp_path / "out")
+    found = done.found
+    assert any(one is found.best for one in found.history) and found.best.judged.violation == pytest.approx(0.75)
+    assert (found.best is found.present) is not better
+    assert (tmp_path / "out" / "before_after.png").exists() is better
+    assert not (tmp_path / "out" / "convergence.png").exists(), "no candidate has an objective"
+
+
+def test_the_curve_of_the_best_is_that_of_the_rule_of_the_search_and_ends_at_the_tuned_gains(tmp_path):
+    asked = WINDY + SOFT.replace("constraints = {}\n", "constraints = { largest_error = 0.1 }\n")
+    for seed in range(3):
+        found = run.tune(written(tmp_path, asked), 250, tmp_path / str(seed), seed).found
+        steps = led(found)
+        assert steps[-1] is found.best and len({one.flights for one in steps}) == len(steps)
+        for one in steps:
+            there = [each for each in found.history if each.flights <= one.flights and each.tried.whole]
+            assert one.judged.cost == min(each.judged.cost for each in there)
 
 
 def test_a_sound_loop_stays_sound_unless_its_margins_are_given_up(tmp_path):

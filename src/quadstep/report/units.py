@@ -5,7 +5,7 @@ Numbers as people write them: a unit that suits the size, digits that mean somet
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 
 GREEK = {
@@ -227,19 +227,22 @@ def interval(value: float, low: float, high: float, unit: str = "-", largest: fl
     return text + unit
 
 
-def estimate(value: float, low: float, high: float, unit: str = "-") -> str:
+def estimate(value: float, low: float, high: float, unit: str = "-", largest: float = 0.0, width: float = 0.0) -> str:
     """The number alone, as `interval` writes it beside its interval.
 
     >>> estimate(0.01234, 0.0119, 0.0128, "m")
     '12.3 mm'
     """
-    text, _, _, unit = interval_texts(value, low, high, unit)
+    text, _, _, unit = interval_texts(value, low, high, unit, largest, width)
     return text + unit
 
 
-def in_one_unit(estimates: Sequence[tuple[float, float, float] | None], unit: str) -> list[str]:
+def in_one_unit(
+    estimates: Sequence[tuple[float, float, float] | None], unit: str, text: Callable[..., str] = interval
+) -> list[str]:
     """Numbers with their intervals as a row has them: the unit suits the largest, as far as the others can be written in it; a
     dash for what there is not, 0 for what only rounding leaves. A number without an interval is as precise as those with one.
+    text: `estimate`, for the numbers alone.
 
     >>> in_one_unit([(0.2534, 0.246, 0.259), (4.4e-5, 4.2e-5, 4.7e-5), (2e-7, 1e-7, 3e-7), None], "m")
     ['253 [246, 259] mm', '0.044 [0.042, 0.047] mm', '0.20 [0.10, 0.30] µm', '–']
@@ -254,7 +257,7 @@ def in_one_unit(estimates: Sequence[tuple[float, float, float] | None], unit: st
 
     def written(estimate: tuple[float, float, float]) -> str:
         value, low, high = (0.0 if abs(one) < ROUNDING * largest else one for one in estimate)
-        return interval(value, low, high, unit, largest if abs(value) >= least else 0.0, width)
+        return text(value, low, high, unit, largest if abs(value) >= least else 0.0, width)
 
     return [written(one) if one else "–" for one in estimates]
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from quadstep.engines.fly import fly_all
 from quadstep.interfaces.closed_loop import Outcome
-from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import position_axes
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panels import track_of
@@ -15,7 +14,7 @@ from quadstep.report.units import quantity
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer
 from quadstep.studies.tuning.objective import CandidateFlights
 
-PICTURE = "before_after"
+PICTURE, RMSE = "before_after", "a position RMSE of "
 
 
 def typical(present: CandidateFlights, tuned: CandidateFlights) -> int:
@@ -39,13 +38,14 @@ def picture(
         return None
     begin, many = ground.asked.mission.scored_from, len(flown[0].ended) > 1
     which = "Of the unseen flights, the one with the median error with the current gains" if many else "The one flight"
-    ends = [ending(one, float(each.metric("position_rmse")[place])) for one, each in zip((before, after), flown, strict=True)]
+    grey = f" Grey: before {begin:g} s, where errors do not count." * (begin > 0.0)
+    first, last = (
+        f"lost at {one.ended:.4g} s"
+        if one.outcome is not Outcome.COMPLETED
+        else f"{RMSE}{quantity(float(each.metric('position_rmse')[place]), 'm')}"
+        for one, each in zip((before, after), flown, strict=True)
+    )
+    last = last.removeprefix(RMSE) if first.startswith(RMSE) else last
     track = replace(track_of(after, begin), before=track_of(before, begin))
     longer = max((before, after), key=lambda one: len(one.rows)).column("t")
-    return FigureJob(PICTURE, f"{which}: {ends[0]} with them, {ends[1]} with the tuned ones.", longer, [], track=track)
-
-
-def ending(log: FlightLog, error: float) -> str:
-    """How a flight went, for a caption."""
-    lost = log.outcome is not Outcome.COMPLETED
-    return f"lost at {log.ended:.4g} s" if lost else f"a position RMSE of {quantity(error, 'm')}"
+    return FigureJob(PICTURE, f"{which}: {first} with them, {last} with the tuned ones.{grey}", longer, [], track=track)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from itertools import pairwise, product
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -17,9 +18,16 @@ from quadstep.report.told import ToldPlace, tell
 from quadstep.studies.tuning.ground import TuningRequest
 from quadstep.studies.tuning.objective import Compared
 from quadstep.studies.tuning.search import Candidate, SearchResult
+from quadstep.studies.tuning.trial import trial_flights
 
 MOST_TOLD = 400
 """Candidates of a kind that a report's reader can point at."""
+
+KINDS = (
+    ("keeps the constraints", True, ".", "0.4"),
+    ("misses a constraint or loses a flight", False, "x", COLOURS["vermillion"]),
+)
+"""Of candidates: what is said of it, whether it lost no flight and kept the constraints, its mark and colour."""
 
 LEGEND_ROWS = 0.54
 """Height of a legend's three rows [in]."""
@@ -35,51 +43,49 @@ def draw_search(path: Path, request: TuningRequest, result: SearchResult, compar
         ncols = legend_columns(figure.get_figwidth(), names, 3)
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols)
         axes.set_xlabel("flights")
-    missed = any(not one.judged.feasible and math.isfinite(one.judged.objective) for one in result.history)
-    return Figure(
-        path.name,
-        f"The objective of each candidate{'; a cross misses a constraint or loses a flight' * missed}"
-        f"{'; most margins are estimates' * bool(compared.limits)}. The lower, the better.",
-    )
+    first, steps = trial_flights(request.seeds), led(result)
+    pale = f" Pale: flown on {first} of {units.counted(request.seeds, 'flight')} only." * (first < request.seeds)
+    guessed = " Most margins are estimates." * bool(compared.limits)
+    rises = any(one > before for before, one in pairwise(one.judged.objective for one in steps))
+    more = " The line rises, too, as lost flights and missed limits count for more than the objective." * rises
+    ring = "The objective of each candidate; the lower, the better. The ring is the tuned gains."
+    return Figure(path.name, ring + pale + guessed + more)
 
 
 def draw_objective(axes: Axes, request: TuningRequest, result: SearchResult) -> None:
-    """Every candidate's, told apart by whether it completed and kept the constraints, and the best so far."""
+    """Every candidate's, told apart by whether it completed and kept the constraints, paler where it flew only the first
+    flights; and the best so far.
+    """
     known = [one for one in result.history if math.isfinite(one.judged.objective)]
-    good, bad = ([one for one in known if one.judged.feasible is kept] for kept in (True, False))
-    cross = {"marker": "x", "color": COLOURS["vermillion"], "linewidths": 0.7}
-    kinds = (
-        ("keeps the constraints so far tested", good, {"marker": ".", "color": "0.55"}),
-        ("misses a constraint or loses a flight", bad, cross),
-    )
-    for kind, candidates, marks in kinds:
-        if candidates:
-            places, values = zip(*((one.flights, one.judged.objective) for one in candidates), strict=True)
-            axes.scatter(places, values, s=14, label=kind, **marks)
-            for one in candidates[:MOST_TOLD]:
+    first = trial_flights(request.seeds)
+    for (kind, kept, mark, colour), some in product(KINDS, (False, True)):
+        there = [
+            one for one in known if one.judged.feasible is kept and bool(one.tried.whole or first == request.seeds) is not some
+        ]
+        if there:
+            places, values = zip(*((one.flights, one.judged.objective) for one in there), strict=True)
+            labelled = kind in axes.get_legend_handles_labels()[1]
+            named, alpha = None if labelled else kind, 0.4 if some else 1.0
+            axes.scatter(places, values, s=14, label=named, marker=mark, color=colour, linewidths=0.7, alpha=alpha)
+            said = f"{kind}, in {units.counted(first, 'flight')}" if some else kind
+            for one in there[:MOST_TOLD]:
                 x, y = one.flights, one.judged.objective
                 told = [("objective", units.number(y)), *gain_texts(request, one.values).items()]
-                tell(axes, ToldPlace(x, x, y, y, kind, told))
-    best = [one for one in leaders(result) if math.isfinite(one.judged.objective)]
-    if best:
-        last = result.history[-1].flights
-        axes.step(
-            [*(one.flights for one in best), last], [*(one.judged.objective for one in best), best[-1].judged.objective],
-            where="post", label="best so far", **LINES[0],
-        )  # fmt: skip
+                tell(axes, ToldPlace(x, x, y, y, said, told))
+    if steps := led(result):
+        places, values = zip(*((one.flights, one.judged.objective) for one in steps), strict=True)
+        line = {**LINES[0], "marker": "o", "markevery": [-1], "markerfacecolor": "none", "markersize": 7.0}
+        axes.step([*places, result.history[-1].flights], [*values, values[-1]], where="post", label="best so far", **line)
     if known and min(one.judged.objective for one in known) > 0.0:
         axes.set_yscale("log")
         plain_decades(axes.yaxis)
     axes.set_ylabel("objective")
 
 
-def leaders(result: SearchResult) -> list[Candidate]:
-    """Each candidate that was the best so far."""
-    best: list[Candidate] = []
-    for one in result.history:
-        if one.leads(best[-1] if best else None):
-            best.append(one)
-    return best
+def led(result: SearchResult) -> list[Candidate]:
+    """The best so far after each generation that found a better one, as far as a flight completed with it."""
+    last = {one.flights: one for one in result.led if math.isfinite(one.judged.objective)}
+    return list(last.values())
 
 
 def gain_texts(request: TuningRequest, values: Mapping[str, float]) -> dict[str, str]:

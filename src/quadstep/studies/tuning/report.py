@@ -1,7 +1,6 @@
 """report.html of a tuning run: its gains, what they are worth, and what the search was."""
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -21,6 +20,7 @@ from quadstep.studies.tuning.objective import AGGREGATES, NEGLIGIBLE, UNCHANGED,
 from quadstep.studies.tuning.search import SearchResult
 
 HEADER = ("", "current", "tuned", "tuned - current")
+GAINS = ("gain", "current", "tuned", "factor", "", "meaning")
 
 
 def evidence(
@@ -32,7 +32,6 @@ def evidence(
     first: str = "",
 ) -> Evidence:
     """What was tuned, and what it is worth. record: of metrics.json. first: a sentence that comes before all others."""
-    changes = changed(request, result)
     gains, measured, many = gain_rows(request, result), measured_rows(compared), compared.flights > 1
     success = f"A flight succeeds if it completes{' and keeps every constraint on flights' if compared.kept else ''}."
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
@@ -42,14 +41,13 @@ def evidence(
         name=request.mission.name,
         kind="Tuning",
         answer=" ".join(filter(None, (first, answer(compared)))),
-        sentences=[*filter(None, [first]), answer(compared), *changes],
-        more=changes,
+        sentences=[*filter(None, [first]), answer(compared)],
         record=record,
         facts=facts(compared),
         figures=figures,
         sections=[
             markup.links([("tuned.toml", "the mission with the tuned gains"), ("history.csv", "every candidate")]),
-            TableSection("The gains", "gains", ("gain", *HEADER[1:3], ""), gains, set_as=units.rich),
+            TableSection("The gains", "gains", GAINS, gains, set_as=units.rich),
             TableSection(
                 "On unseen flights" if many else "Both flights",
                 "unseen",
@@ -83,9 +81,12 @@ def searched(request: TuningRequest, result: SearchResult, budget: object) -> st
     if best is not result.present:
         rest = f"; the other {last - best.flights:,} found none better" * (best.flights < last)
         found += f", {after} with the tuned ones, found within {units.counted(best.flights, 'flight')}{rest}"
+    more = " The last generation still found better ones, so a larger budget may find more." * (
+        best.run > 0 and best.flights == last
+    )
     return (
         f"Objective over the flights used for tuning: {found}. Flights: {last:,} in the search and {2 * request.unseen} in "
-        f"the comparison, {last + 2 * request.unseen:,} of a budget of {budget:,}."
+        f"the comparison, {last + 2 * request.unseen:,} of a budget of {budget:,}.{more}"
     )
 
 
@@ -112,9 +113,9 @@ def broken(request: TuningRequest, result: SearchResult, compared: Compared) -> 
     if excess > 0.0:
         names = [units.metric(name)[0] for name in request.section.of_flights]
         beyond = (
-            f"misses its limit by {units.percent(excess)}"
+            f"misses its limit by {units.percent(excess)} of it"
             if len(names) == 1
-            else f"miss their limits by {units.percent(excess)} in all"
+            else f"miss their limits by {units.percent(excess)} of them in all"
         )
         where = f" in the {request.seeds} flights used for tuning" if compared.flights > 1 else ""
         missed.append(f"{units.listed(names)} {beyond}{where}")
@@ -123,28 +124,26 @@ def broken(request: TuningRequest, result: SearchResult, compared: Compared) -> 
 
 
 def gain_rows(request: TuningRequest, result: SearchResult) -> list[tuple[str, ...]]:
-    """Each gain, current and tuned, and whether it ends at an edge of its range or of what the theory asks for."""
-    before, after = (gain_texts(request, one.values) for one in (result.present, result.best))
-    near = near_ends(request, result.best.values)
-    ends = [near.get(one.key, "") for one in request.gains]
-    return list(zip(before, before.values(), after.values(), ends, strict=True))
-
-
-def changed(request: TuningRequest, result: SearchResult) -> list[str]:
-    """By what factor each gain changes and what it is, the largest change first: a sentence, if any changes."""
-    gains, before, after = request.mission.controller.controller.by_key(), result.present.values, result.best.values
-    factors = {
-        one.key: after[leaf.key] / before[leaf.key]
-        for one in request.gains
-        for leaf in one.leaves[:1]
-        if before[leaf.key] * after[leaf.key] > 0.0 and after[leaf.key] != before[leaf.key]
-    }
-    said = []
-    for key in sorted(factors, key=lambda key: -abs(math.log(factors[key]))):
-        name = key.removeprefix("controller.")
-        what = f" ({gains[name][1].meaning})" if name in gains else ""
-        said.append(f"{name}{what} by {units.number(factors[key], 2)}")
-    return [f"Tuning multiplies {units.listed(said)}."] * bool(said)
+    """Each gain, current and tuned, by what factor it changes, whether it ends at an edge of its range or of what the theory
+    asks for, and what it is.
+    """
+    known, near = request.mission.controller.controller.by_key(), near_ends(request, result.best.values)
+    texts = [gain_texts(request, one.values) for one in (result.present, result.best)]
+    rows: list[tuple[str, ...]] = []
+    for gain, name in zip(request.gains, texts[0], strict=True):
+        before, after = (one.values[gain.leaves[0].key] for one in (result.present, result.best))
+        factor = "unchanged" if before == after else units.number(after / before) if before * after > 0.0 else ""
+        key = gain.key.removeprefix("controller.")
+        rows.append(
+            (
+                name,
+                *(one[name] for one in texts),
+                factor,
+                near.get(gain.key, ""),
+                known[key][1].meaning if key in known else "",
+            )
+        )
+    return rows
 
 
 def near_ends(request: TuningRequest, values: Mapping[str, float]) -> dict[str, str]:
@@ -165,13 +164,13 @@ def near_ends(request: TuningRequest, values: Mapping[str, float]) -> dict[str, 
 def measured_rows(compared: Compared) -> list[list[str]]:
     """Success, the objective and the metrics, with each set of gains."""
     rows = [with_limit(one, compared.limits[one.name]) if one.name in compared.limits else one.texts for one in compared.rows]
-    alone = compared.flights == 1
+    alone, one = compared.flights == 1, len(compared.kept) == 1  # constraint, which is success then
     kept = [
-        shares(f"{what}{f', in {units.percent(asked)} of the flights' * (not alone)}", alone, found, asked)
+        shares(f"{'success: ' * one}{what}{f', in {units.percent(asked)} of the flights' * (not alone)}", alone, found, asked)
         for what, (*found, asked) in compared.kept.items()
     ]
-    success = shares("success rate", alone, [*compared.success, compared.success_difference])
-    return [success, *kept, compared.objective.texts, *rows]
+    success = [] if one else [shares("success rate", alone, [*compared.success, compared.success_difference])]
+    return [*success, *kept, compared.objective.texts, *rows]
 
 
 def with_limit(row: Row, limit: Constraint) -> list[str]:
@@ -191,12 +190,11 @@ def answer(compared: Compared) -> str:
     present, tuned = compared.success
     moves = ""
     if compared.better:  # whatever the objective
-        alone = compared.flights == 1
-        moves = "".join(move(one, alone) for one in compared.rows[:2]) + price(compared, alone)
+        moves = "".join(f" The {said}." for one in compared.rows[:2] if (said := moved(compared, one))) + price(compared)
     if certain_sign(compared.success_difference, compared.flights == 1):  # which decides
-        moved = "rises" if tuned.value > present.value else "falls"
+        verb = "rises" if tuned.value > present.value else "falls"
         shares = (units.percent(*(one if compared.flights > 1 else one[:1])) for one in (present, tuned))
-        return with_number(compared, f"success {moved} from {' to '.join(shares)}.") + moves
+        return with_number(compared, f"success {verb} from {' to '.join(shares)}.") + moves
     said = compared.verdict
     if compared.verdict != UNCHANGED and compared.change:
         value, *ends = compared.change
@@ -216,31 +214,26 @@ def with_number(compared: Compared, said: str) -> str:
     return f"{compared.verdict[:-1]}: {said}" if compared.better else f"{compared.verdict} {said[:1].upper()}{said[1:]}"
 
 
-def move(one: Row, alone: bool) -> str:
-    """That a metric certainly rises or falls, in a sentence after a blank; nothing where that is not shown, or negligible."""
-    said = moved(one, alone)
-    return f" The {'' if alone else 'mean '}{said}." if said else ""
-
-
-def price(compared: Compared, alone: bool) -> str:
+def price(compared: Compared) -> str:
     """What certainly gets worse beside the errors, in a sentence after a blank: what the objective weighs, and margins of
-    which less than twice the limit is left.
+    which less than twice the limit is left; those that miss it stand before all this.
     """
     worse = []
     for one in compared.rows[2:]:
-        limit, said = compared.limits.get(one.name), moved(one, alone)
+        limit, said = compared.limits.get(one.name), moved(compared, one)
         if one.name in compared.weighed and " rises " in said:
-            worse.append(f"the {'' if alone else 'mean '}{said}")
-        if limit and one.tuned and " falls " in said and limit.slack(one.tuned.value) < 1.0:
+            worse.append(f"the {said}")
+        if limit and one.tuned and " falls " in said and 0.0 <= limit.slack(one.tuned.value) < 1.0:
             (asked,) = units.in_one_unit([(limit.value, math.nan, math.nan)], units.metric(one.name)[1])
             worse.append(f"the {said} (limit {asked})".replace("\N{NO-BREAK SPACE}", " "))
     return f" The price: {units.listed(worse)}." if worse else ""
 
 
-def moved(one: Row, alone: bool) -> str:
-    """That a metric certainly rises or falls, as a clause; nothing where that is not shown, or negligible."""
+def moved(compared: Compared, one: Row) -> str:
+    """That a metric, or its mean, certainly rises or falls, as a clause; nothing where that is not shown, or negligible."""
     if not (one.present and one.tuned and one.difference):
         return ""
+    alone = compared.flights == 1
     sign, change = certain_sign(one.difference, alone), one.difference.value
     if (
         abs(change) <= NEGLIGIBLE * one.present.value
@@ -248,8 +241,10 @@ def moved(one: Row, alone: bool) -> str:
         or sign * (one.tuned.value - one.present.value) <= 0.0
     ):
         return ""
-    words, before, after, _ = (re.sub(r" \[.*\]", "", each).replace("\N{NO-BREAK SPACE}", " ") for each in one.texts)
-    return f"{words} {'rises' if sign > 0 else 'falls'} from {before} to {after}" if before != after else ""
+    words, unit = units.metric(one.name)
+    before, after, _ = (each.replace("\N{NO-BREAK SPACE}", " ") for each in units.in_one_unit(one[1:], unit, units.estimate))
+    mean = "" if alone or one.name in compared.limits else "mean "
+    return f"{mean}{words} {'rises' if sign > 0 else 'falls'} from {before} to {after}" if before != after else ""
 
 
 def facts(compared: Compared) -> list[markup.Fact]:

@@ -28,7 +28,7 @@ from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.report import from_the_start
 from quadstep.studies.campaign.schema import digests, strings
 from quadstep.studies.tuning.before_after import picture
-from quadstep.studies.tuning.convergence import draw_search
+from quadstep.studies.tuning.convergence import draw_search, led
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, TuningRequest, read_request
 from quadstep.studies.tuning.objective import Compared, compare
 from quadstep.studies.tuning.report import broken, caution, evidence
@@ -76,9 +76,10 @@ def tune(
         elsewhere = write_mission(out, wanted, content, first)
         write_parameters(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
-        figures = [draw_search(out / PICTURE, wanted, found, compared, (sheet or Sheet()).shown())]
-        if found.best is not found.present and both:
-            both.draw(out, (sheet or Sheet()).shown())
+        drawn_on = (sheet or Sheet()).shown()
+        figures = [draw_search(out / PICTURE, wanted, found, compared, drawn_on)] if led(found) else []
+        if both:
+            both.draw(out, drawn_on)
             figures.insert(0, Figure(both.name, both.caption))
         record = as_json(wanted, found, compared, budget, seed)
         shown = evidence(wanted, found, compared, figures, record, first)._replace(grade=grade, told=bool(careful))
@@ -105,7 +106,7 @@ def on_unseen(ground: CandidateFlyer, result: SearchResult, progress: Progress) 
     said = from_the_start(mission, drawn, lambda key: drawn[key].values.astype(float), largest, tuned.completed)
     found = compare(result.judge, present, tuned, changed=both[0] != both[1])
     found = found._replace(from_the_start=f"With the tuned gains: {said[:1].lower()}{said[1:]}" if said else "")
-    return found, picture(ground, both, (present, tuned))
+    return found, picture(ground, both, (present, tuned)) if both[0] != both[1] else None
 
 
 def named_files(request: TuningRequest) -> tuple[list[str], list[str]]:

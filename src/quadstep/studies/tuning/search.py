@@ -67,17 +67,21 @@ class Candidate(NamedTuple):
 
 
 class SearchResult(NamedTuple):
-    """history: every candidate in order, the present gains first. best: of those that flew all flights and keep the
-    conditions, so at least as good as the present ones.
+    """history: every candidate in order, the present gains first. led: those that were the best so far when they were judged,
+    the last of them at the end, so at least as good as the present ones.
     """
 
     history: list[Candidate]
-    best: Candidate
+    led: list[Candidate]
     judge: Judge
 
     @property
     def present(self) -> Candidate:
         return self.history[0]
+
+    @property
+    def best(self) -> Candidate:
+        return self.led[-1]
 
 
 def shown_flights(progress: Progress, flights: int, best: float) -> None:
@@ -120,7 +124,12 @@ class Search:
         self.guess = MarginGuess(self.stability.limits)
         self.flights = 0
         self.history: list[Candidate] = []
-        self.best: Candidate | None = None
+        self.led: list[Candidate] = []
+
+    @property
+    def best(self) -> Candidate | None:
+        """So far."""
+        return self.led[-1] if self.led else None
 
     def run(self) -> SearchResult:
         """Until the budget is used."""
@@ -135,16 +144,11 @@ class Search:
                 count //= 2
             restart += 1
             self.one_run(restart, self.best.point if self.best else anchor, anchor, count)
-        return SearchResult(self.history, self.looked_at_last(), self.judge)
-
-    def looked_at_last(self) -> Candidate:
-        """The best with its margins, which a search does not look at where flights are lost."""
-        assert self.best is not None
-        best = self.best
-        if best.judged.lost:
-            best = best._replace(tried=self.stability.sought(best.tried, best.values))
-            self.history = [best if one is self.best else one for one in self.history]
-        return best
+        best = self.led[-1]
+        if best.judged.lost:  # so that its margins have not been looked at
+            seen = best._replace(tried=self.stability.sought(best.tried, best.values))
+            self.history, self.led = ([seen if one is best else one for one in many] for many in (self.history, self.led))
+        return SearchResult(self.history, self.led, self.judge)
 
     @property
     def left(self) -> int:
@@ -177,7 +181,7 @@ class Search:
         self.history += found
         for one in found:
             if one.leads(self.best):
-                self.best = one
+                self.led.append(one)
         self.show()
         return found
 
