@@ -74,7 +74,7 @@ def test_total_adds_in_order_without_a_leading_zero():
 
 def test_sizes_that_do_not_agree_are_refused():
     for operation in (lambda: vector(1, 2) + vector(1, 2, 3), lambda: vector(1, 2) @ vector(1, 2, 3)):
-        with pytest.raises(ValueError, match="zip"):
+        with pytest.raises(ValueError, match="vectors of 2 and 3 entries"):
             operation()
 
 

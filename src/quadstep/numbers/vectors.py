@@ -7,6 +7,9 @@ kept as the vector of its diagonal and acts by `*`, entry by entry; `@` is the i
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from functools import reduce
+from itertools import repeat
+from operator import add, mul, sub, truediv
 from typing import TypeVar, overload
 
 from quadstep.numbers.functions import length, where
@@ -29,6 +32,27 @@ def total(values: Iterable[Summand]) -> Summand:
     for value in iterator:
         result = result + value
     return result
+
+
+def entrywise(operate: Callable[[Number, Number], Number]) -> Callable[[Vector, Vector | Number], Vector]:
+    """An operator of a vector and a vector or a scalar; a map in C takes half the time of a loop."""
+
+    def operated(self: Vector, other: Vector | Number) -> Vector:
+        return Vector(map(operate, self.entries, as_long(other, self) if isinstance(other, Vector) else repeat(other)))
+
+    return operated
+
+
+def mirrored(operate: Callable[[Number, Number], Number]) -> Callable[[Vector, Number], Vector]:
+    """The same of a scalar and a vector."""
+    return lambda self, other: Vector(map(operate, repeat(other), self.entries))
+
+
+def as_long(one: Vector, other: Vector) -> tuple[Number, ...]:
+    """The entries of one vector, which are as many as those of the other."""
+    if len(one.entries) != len(other.entries):
+        raise ValueError(f"vectors of {len(other.entries)} and {len(one.entries)} entries")
+    return one.entries
 
 
 class Vector:
@@ -60,40 +84,16 @@ class Vector:
     def __repr__(self) -> str:
         return f"Vector({list(self.entries)!r})"
 
-    def __add__(self, other: Vector | Number) -> Vector:
-        if isinstance(other, Vector):
-            return Vector([a + b for a, b in zip(self.entries, other.entries, strict=True)])
-        return Vector([a + other for a in self.entries])
-
-    def __radd__(self, other: Number) -> Vector:
-        return Vector([other + a for a in self.entries])
-
-    def __sub__(self, other: Vector | Number) -> Vector:
-        if isinstance(other, Vector):
-            return Vector([a - b for a, b in zip(self.entries, other.entries, strict=True)])
-        return Vector([a - other for a in self.entries])
-
-    def __rsub__(self, other: Number) -> Vector:
-        return Vector([other - a for a in self.entries])
-
-    def __mul__(self, other: Vector | Number) -> Vector:
-        if isinstance(other, Vector):
-            return Vector([a * b for a, b in zip(self.entries, other.entries, strict=True)])
-        return Vector([a * other for a in self.entries])
-
-    def __rmul__(self, other: Number) -> Vector:
-        return Vector([other * a for a in self.entries])
-
-    def __truediv__(self, other: Vector | Number) -> Vector:
-        if isinstance(other, Vector):
-            return Vector([a / b for a, b in zip(self.entries, other.entries, strict=True)])
-        return Vector(a / other for a in self.entries)
+    __add__, __radd__ = entrywise(add), mirrored(add)
+    __sub__, __rsub__ = entrywise(sub), mirrored(sub)
+    __mul__, __rmul__ = entrywise(mul), mirrored(mul)
+    __truediv__ = entrywise(truediv)
 
     def __neg__(self) -> Vector:
-        return Vector(-a for a in self.entries)
+        return Vector([-a for a in self.entries])
 
     def __matmul__(self, other: Vector) -> Number:
-        return total([a * b for a, b in zip(self.entries, other.entries, strict=True)])
+        return reduce(add, map(mul, self.entries, as_long(other, self)))
 
     def map(self, function: Callable[[Number], Number]) -> Vector:
         """The vector of function(entry): a loop where code is written that keeps the vector in memory."""
