@@ -112,6 +112,7 @@ ACCESSIBLE = {
     '<aside class="toc-drawer': '<aside aria-label="On this page" class="toc-drawer',
     '<div class="highlight"><pre>': '<div class="highlight"><pre tabindex="0">',
     '<th class="head"><p></p></th>': '<td class="head"></td>',
+    "<p><img": '<p tabindex="0"><img',
     '<div class="table-wrapper': '<div tabindex="0" class="table-wrapper',
     '<div id="search-results">': '<h1>Search</h1>\n<div id="search-results">',
 }
