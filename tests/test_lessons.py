@@ -172,15 +172,26 @@ QUOTED = {
         ({"controller": {**SOLUTIONS["6.7"]["controller"], "integral": 100.0}}, "lost"),
     ],
     "7.4": [({RATE: 3.0}, "350 mm"), ({RATE: 4.0}, "lost"), ({RATE: 1e-9}, "1.3 m")],
-    "7.5": [(SOLUTIONS["7.5"], "550 mm"), ({"path.duration": 2.75, RATE: 1.0}, "800 mm")],
+    "7.5": [
+        (SOLUTIONS["7.5"], "550 mm"),
+        ({"path.duration": 2.75, RATE: 1.0}, "800 mm"),
+        ({"path.duration": 2.75, RATE: 2.5}, "lost"),
+        ({"path.duration": 2.75, NETS: False}, "1.6 m"),
+    ],
     "8.4": [
         (SOLUTIONS["8.4"], "6.4 mm"),
         ({SCALE: 2.5}, "29 mm"),
         ({SCALE: 2.5, RATE: 8.0}, "lost"),
+        ({}, "0.87 mm"),
+        ({RATE: 2.0}, "2.1 mm"),
     ],
     "8.5": [
         (SOLUTIONS["8.5"], "37 mm"),
         ({SCALE: 3.0}, "lost"),
+        *(
+            ({SCALE: 3.0, "controller": {**INTEGRAL, "K_i1": value}}, said)
+            for value, said in ((1.0, "48 mm"), (3.0, "33 mm"), (4.0, "34 mm"))
+        ),
         ({SCALE: 3.0, RATE: 0.2}, "71 mm"),
         ({SCALE: 3.0, NETS: False}, "57 mm"),
         *(({SCALE: 3.0, NETS: False, "controller.Lambda1": value}, "53 mm") for value in (1.2, 1.5, 1.8)),
