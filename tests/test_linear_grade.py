@@ -124,8 +124,21 @@ def test_a_loop_that_grows_is_unstable_and_names_what_grows():
     analysis = analyse_rest(hover({"type": "geometric", "k_Omega": 2000.0})).analysis
     growth = max(abs(np.linalg.eigvals(analysis.loop.map)))
     doubling = math.log(2.0) / math.log(growth) * analysis.loop.period.length
-    said = re.fullmatch(r"a deviation doubles every (\d+\.\d+) ms \(body rate about z\)", found.why)
+    said = re.fullmatch(
+        r"a deviation doubles every (\d+\.\d+) ms \(body rate about z\); other modes grow more slowly", found.why
+    )
     assert 1e-3 * float(said[1]) == pytest.approx(doubling, rel=5e-3)
+
+
+def test_every_axis_that_grows_alike_is_named_and_that_others_grow_more_slowly_is_said():
+    fails = read_mission(EXAMPLES / "theorem_fails.toml")
+    assert re.fullmatch(r"a deviation doubles every \d.\d+ s \(.*velocity along x and y.*\)", grade(fails).why)
+    for gains in ({"k_v": 0.01}, {"k_v": [0.01, 0.02, 3.77]}, {"k_i": 70.0}, {"k_Omega": 2000.0}):
+        found = analyse_rest(hover({"type": "geometric", **gains})).analysis
+        assert not found.stable
+        fastest = max(pole.real for pole in found.growing)
+        slower = any(pole.real < (1.0 - 1e-3) * fastest for pole in found.growing)
+        assert slower == graded(found).why.endswith("; other modes grow more slowly")
 
 
 def test_a_loop_without_rest_or_slopes_is_said_to_be_so():

@@ -91,7 +91,7 @@ SAID = {
     "envelope": "Map: out/mission-envelope/envelope.png",
     "tune": "Lambda1 [1/s]",
     "compare": "median (largest)",
-    "reproduce": "Section 6 of the paper, claim by claim",
+    "reproduce": "What is undecided",
     "export": "geometric tracking on SE(3) in C99, f32",
     "linear": "The slowest poles",
     "what-if": "In gusts, at rest, and in a step in calm air",

@@ -35,13 +35,16 @@ def reproduce(
     drawing: FigureOptions,
 ) -> None:
     """Fly the paper's cases and the stress flights, judge its claims, and write figures, CSV, JSON and report.html."""
-    from quadstep.studies.paper.claims import answer
+    from quadstep.studies.paper.claims import ClaimVerdict, answer
+    from quadstep.studies.paper.reproduce import briefly
     from quadstep.studies.paper.reproduce import reproduce as run
 
     claims = run(out, engine, overwrite, drawing.sheet())
-    rows = [(typeset(claim.name), claim.case, typeset(claim.measured), claim.verdict) for claim in claims]
-    show_table("Section 6 of the paper, claim by claim", ("claim", "flights", "measured", "verdict"), rows)
     say(answer(claims))
+    say("")
+    for verdict, what in ((ClaimVerdict.FAILS, "fails"), (ClaimVerdict.UNDECIDED, "is undecided")):
+        rows = [(typeset(one.name), typeset(briefly(one.measured))) for one in claims if one.verdict is verdict]
+        show_table(f"What {what}", ("claim", "measured"), rows)
     say_whole(f"Report: {out / 'report.html'}")
 
 

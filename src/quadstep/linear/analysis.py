@@ -97,8 +97,12 @@ class Analysis(NamedTuple):
     eventful: bool = False
 
     @property
+    def growing(self) -> list[Pole]:
+        return [pole for pole in self.poles if pole.real * self.loop.period.length > STILL]
+
+    @property
     def stable(self) -> bool:
-        return all(pole.real * self.loop.period.length <= STILL for pole in self.poles)
+        return not self.growing
 
     def in_words(self, states: Iterable[str]) -> str:
         """States as people say them, so many as a sentence takes."""

@@ -26,6 +26,7 @@ from quadstep.io.parts import code_digest
 from quadstep.linear.analysis import Analysis, analyse_rest, least, limits, of_even_rotors, of_loop, with_place, worst_of
 from quadstep.linear.equilibrium import after_warm_up, at_rest, hovering, newton, with_others, with_pieces
 from quadstep.linear.margins import Margins
+from quadstep.linear.modes import grouped
 from quadstep.linear.sampled import Loops, NoRestError, linearising
 from quadstep.linear.states import states
 from quadstep.metrics.registry import LESS_IS_BETTER, MARGINS, NO_REST, SOUND, UNITS
@@ -78,9 +79,10 @@ WORST_FIRST = UNSTABLE, NO_REST, UNKNOWN, FRAGILE, SOUND
 
 def graded(analysis: Analysis) -> Grade:
     if not analysis.stable:
-        first = analysis.poles[0]
-        pace = quantity(-math.log(2.0) * first.time_constant, "s").replace("\N{NO-BREAK SPACE}", " ")
-        return Grade(UNSTABLE, f"a deviation doubles every {pace} ({analysis.in_words(first.states)})")
+        first, *others = grouped(analysis.growing)
+        pace = quantity(-math.log(2.0) * first.pole.time_constant, "s").replace("\N{NO-BREAK SPACE}", " ")
+        more = "; other modes grow more slowly" * bool(others)
+        return Grade(UNSTABLE, f"a deviation doubles every {pace} ({analysis.in_words(first.states)}){more}")
     if analysis.not_held:
         return Grade(UNSTABLE, f"it does not hold {', '.join(analysis.not_held)}; a deviation there never decays")
     measures = least_of(analysis)

@@ -216,3 +216,29 @@ def involved(shares: Array) -> list[int]:
     """The states that make up most of a mode, in order, at most `NAMED`."""
     order = np.argsort(-shares, kind="stable")[:NAMED]
     return [int(place) for place in order if shares[place] >= LEAST * shares[order[0]]]
+
+
+ALIKE = 1e-4
+"""Poles that differ by less than this share are equal up to rounding."""
+
+
+class Group(NamedTuple):
+    """Poles that are equal up to rounding. times: multiplicity; a pair counts as two. states: of any of them."""
+
+    pole: Pole
+    times: int
+    states: tuple[str, ...]
+
+
+def grouped(poles: list[Pole]) -> list[Group]:
+    """Poles in order, equal ones merged."""
+    groups: list[Group] = []
+    for pole in poles:
+        twice = 2 if pole.imaginary else 1
+        for place, (first, count, states) in enumerate(groups):
+            if math.hypot(pole.real - first.real, pole.imaginary - first.imaginary) <= ALIKE * first.frequency:
+                groups[place] = Group(first, count + twice, tuple(dict.fromkeys((*states, *pole.states))))
+                break
+        else:
+            groups.append(Group(pole, twice, pole.states))
+    return groups

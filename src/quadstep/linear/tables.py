@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from quadstep.linear.analysis import Analysis, StepResponse
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
-from quadstep.linear.modes import Modes, Pole
+from quadstep.linear.modes import ALIKE, Modes, Pole, grouped
 from quadstep.linear.states import Array, Channel, short
 from quadstep.linear.transfer import Complex
 from quadstep.metrics.registry import at_rest
@@ -39,17 +39,6 @@ LATER = "The loop changes with time: this is the worst of the loops at the start
 SHOWN = 10
 """Most poles in a table, the slowest first; the files have all."""
 
-ALIKE = 1e-4
-"""Poles that differ by less than this share share a row."""
-
-
-class Group(NamedTuple):
-    """Poles that are equal up to rounding. times: multiplicity; a pair counts as two. states: of any of them."""
-
-    pole: Pole
-    times: int
-    states: tuple[str, ...]
-
 
 def decibels(factor: float) -> str:
     """A factor in dB; "none" if infinite (beyond 60 dB)."""
@@ -70,20 +59,6 @@ def margin_cells(one: Margins) -> list[str]:
 
 def margin_rows(analysis: Analysis) -> list[list[str]]:
     return [[channel.name, *margin_cells(one)] for channel, one in zip(analysis.channels, analysis.margins, strict=False)]
-
-
-def grouped(poles: list[Pole]) -> list[Group]:
-    """Poles in order, equal ones merged."""
-    groups: list[Group] = []
-    for pole in poles:
-        twice = 2 if pole.imaginary else 1
-        for place, (first, count, states) in enumerate(groups):
-            if math.hypot(pole.real - first.real, pole.imaginary - first.imaginary) <= ALIKE * first.frequency:
-                groups[place] = Group(first, count + twice, tuple(dict.fromkeys((*states, *pole.states))))
-                break
-        else:
-            groups.append(Group(pole, twice, pole.states))
-    return groups
 
 
 def pole_rows(poles: list[Pole], in_words: Callable[[Iterable[str]], str], most: int | None = SHOWN) -> list[list[str]]:

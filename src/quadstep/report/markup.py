@@ -133,10 +133,10 @@ def disclosure(words: str, body: str, on_paper: bool = True) -> str:
     return f"<details{kind}><summary>{escape(words)}</summary>{body}</details>"
 
 
-def links(places: Iterable[tuple[str, str]], before: str = "") -> str:
-    """A list of links: address and text of each, and a sentence before them. Paper has none."""
+def links(places: Iterable[tuple[str, ...]], before: str = "") -> str:
+    """A list of links: address and text of each, and what follows it; a sentence before them. Paper has none."""
     said = f'<p class="screen">{rich(before)}</p>' if before else ""
-    items = (f'<li><a href="{escape(place)}">{escape(text)}</a></li>' for place, text in places)
+    items = (f'<li><a href="{escape(to)}">{escape(text)}</a>{"".join(map(rich, more))}</li>' for to, text, *more in places)
     return f'{said}<ul class="screen">{"".join(items)}</ul>'
 
 

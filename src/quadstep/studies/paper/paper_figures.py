@@ -72,6 +72,9 @@ def of_case_2(log: FlightLog) -> dict[int, tuple[list[Panel], list[str]]]:
 
 
 ROLL_AND_PITCH = ("phi", "theta")
+SOON = 10.0
+"""Until when the inputs of Case 3 are drawn [s]: later they hardly change."""
+
 INPUTS = (("u", "N"), ("tau_phi", "N m"), ("tau_theta", "N m"), ("tau_psi", "N m"))
 
 
@@ -79,6 +82,7 @@ def figure_jobs(logs: Mapping[str, FlightLog]) -> list[FigureJob]:
     """fig03 to fig12, from the logs of the cases by file name."""
     case_1, case_2 = logs["case1"], logs["case2"]
     new, old = logs["case3_adaptive"], logs["case3_nested"]
+    soon = new.column("t") <= SOON
 
     def job(number: int, t: NDArray[np.float64], panels: list[Panel], columns: int = 2) -> FigureJob:
         return FigureJob(f"fig{number:02d}", f"Fig. {number}  {CAPTIONS[number]}", t, panels, columns)
@@ -91,7 +95,7 @@ def figure_jobs(logs: Mapping[str, FlightLog]) -> list[FigureJob]:
         *(job(number, case_2.column("t"), panels, 1) for number, (panels, _) in of_case_2(case_2).items()),
         job(10, new.column("t"), comparison_positions(new, old)),
         job(11, new.column("t"), [both_controllers(a, "rad", new, old) for a in ("phi", "theta", "psi")], 1),
-        job(12, new.column("t"), [both_controllers(name, unit, new, old) for name, unit in INPUTS]),
+        job(12, new.column("t")[soon], [both_controllers(name, unit, new, old, soon) for name, unit in INPUTS]),
     ]
 
 
@@ -109,9 +113,12 @@ def trajectories() -> tuple[NDArray[np.float64], list[Panel]]:
     return t, panels
 
 
-def both_controllers(name: str, unit: str, new: FlightLog, old: FlightLog) -> Panel:
+def both_controllers(
+    name: str, unit: str, new: FlightLog, old: FlightLog, rows: slice | NDArray[np.bool_] = slice(None)
+) -> Panel:
     """A column of both controllers, with the paper's subscripts: n this paper's, o that of [11]."""
-    return Panel(name, unit, {f"{name}_n (adaptive)": new.column(name), f"{name}_o (nested [11])": old.column(name)})
+    lines = {f"{name}_n (adaptive)": new, f"{name}_o (nested [11])": old}
+    return Panel(name, unit, {entry: log.column(name)[rows] for entry, log in lines.items()})
 
 
 def comparison_positions(new: FlightLog, old: FlightLog) -> list[Panel]:
@@ -135,5 +142,5 @@ def to_see(number: int, claims: list[Claim], case_2: FlightLog) -> str:
     )
     still = of_case_2(case_2).get(number, ([], []))[1]
     said += [f"Not drawn, because they change by less than {FLAT:g} in SI units: {units.listed(still)}."] if still else []
-    said += [f"The paper says of its figure: {PRINTED[number]}."]
-    return " ".join([*said, *["Numbers of the paper's law come first, those of [11] second."] * (number >= 10)])
+    said += [f"Drawn are the first {SOON:g} s."] * (number == 12)
+    return " ".join([*said, f"The paper says of its figure: {PRINTED[number]}."])

@@ -36,7 +36,7 @@ from quadstep.studies.paper.cases import (
     plan_study,
 )
 from quadstep.studies.paper.claims import RULE, Claim, ClaimVerdict, answer, check_claims
-from quadstep.studies.paper.claims_comparison import settled
+from quadstep.studies.paper.claims_comparison import losses, settled
 from quadstep.studies.paper.page import write_paper_page
 from quadstep.studies.paper.paper_figures import CAPTIONS, figure_jobs, to_see
 
@@ -48,6 +48,10 @@ def choices() -> list[tuple[str, str, str]]:
     gains = mission.controller.model_dump()
     nets = gains["nets"]
     position, attitude = (", ".join(f"{one:g}" for one in CASE_3_START[part]) for part in ("position", "attitude"))
+
+    def plainly(values: Sequence[float]) -> str:
+        return units.listed([f"{one:g}" for one in values])
+
     return [
         ("T_eta", vehicle.kinematics, "the printed one violates Newton-Euler; with Sigma = 5 I both fly identically"),
         ("Coriolis term, C times the rates", "by Eq. 2", "Christoffel's C gives the same; the proof needs it"),
@@ -75,7 +79,7 @@ def choices() -> list[tuple[str, str, str]]:
                "from rest on the path x, y, theta, phi stay zero for ever, yet the paper plots their errors"),
         ("gains of [11]", f"{next(iter(NESTED_GAINS))}, a_psi = (2.374, 0.08), b = (2, 1, 0.2, 0.1)",
                "printed in scripts that reproduce it; the other altitude gains are flown too"),
-        ("stress flights", f"t_f = {STRESS_TIMES} s, scale {STRESS_SCALES}, scored to t_f + {HOLD:g} s",
+        ("stress flights", f"t_f of {plainly(STRESS_TIMES)} s, scale {plainly(STRESS_SCALES)}, scored to t_f + {HOLD:g} s",
                "the disturbance is nearly zero in the paper's own cases"),
         ("divergence", f"{limits.distance:g} m off the path, an Euler rate of {limits.rate:g} rad/s, "
                f"|theta| > {limits.pitch:g} rad, or a number that is not finite", "an outcome with a time, never an error"),
@@ -180,7 +184,7 @@ def to_claims(claims: Sequence[Claim]) -> Iterator[str]:
         (ClaimVerdict.UNDECIDED, ("is undecided", "are undecided")),
     ):
         more = {i: f": {briefly(c.measured)}" * (verdict is ClaimVerdict.FAILS) for i, c in enumerate(claims, 1)}
-        found = [(f"#claim-{i}", units.typed(c.name + more[i])) for i, c in enumerate(claims, 1) if c.verdict is verdict]
+        found = [(f"#claim-{i}", units.typed(c.name), more[i]) for i, c in enumerate(claims, 1) if c.verdict is verdict]
         if found:
             yield markup.links(found, f"{len(found)} {said[len(found) > 1]}:")
 
@@ -210,9 +214,10 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
     compared = [claim for claim in claims if "by_start" in claim.values]
     start_header = ["start; gains of [11]", *(claim.name for claim in compared)]
     starts = compared[0].values["by_start"]
-    start_rows = [[start, *(claim.values["by_start"][start] for claim in compared)] for start in starts]
+    start_rows = [[start, *(claim.values["by_start"][start].partition(":")[0] for claim in compared)] for start in starts]
+    lost = losses(starts)
     seen = {n: to_see(n, claims, study.logs["case2"]) for n in CAPTIONS}
-    figures = {n: Figure(f"fig{n:02d}", f"Fig. {n}: {caption}. {seen[n]}") for n, caption in CAPTIONS.items()}
+    figures = [Figure(f"fig{n:02d}", f"Fig. {n}: {caption}. {seen[n]}") for n, caption in CAPTIONS.items()]
     judged = [(c.name, c.case, briefly(c.measured), (c.verdict, c.verdict)) for c in claims]
     anchors = [f"claim-{i}" for i, _ in enumerate(claims, 1)]
     in_full = markup.table(("claim", "the paper's sentence", "measured"), [(c.name, c.sentence, c.measured) for c in claims])
@@ -225,19 +230,20 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
         facts=facts(study, claims),
         sections=[
             *to_claims(claims),
-            TableSection(text=SOURCES),
-            figures[12],  # above the table of claims
+            TableSection(text=f"{len(compared)} claims compare the paper's controller with [11] in Case 3, flown from several "
+                  f"starts and with {len(NESTED_GAINS)} sets of gains of [11]: the paper gives neither. {lost}"),
             markup.links([("page.html", "Fly these flights in your browser")]) if flying else "",
             markup.heading("The paper's claims and the measurements", "claims"),
             markup.table(("claim", "flights", "measured", "verdict"), judged, anchors=anchors),
             TableSection(text=RULE),
+            TableSection(text=SOURCES),
             markup.disclosure("The paper's sentences, and all that was measured", in_full),
-            markup.heading("The paper's other figures, flown again", "figures"),
+            markup.heading("The paper's figures, flown again", "figures"),
             TableSection(text="Captions compare with the text of the paper; its printed pictures were not at hand."),
-            *(figure for number, figure in figures.items() if number != 12),
+            *figures,
             TableSection("The cases in numbers", "cases", CASES_HEADER, case_rows(study)),
             TableSection("Case 3 from other starts and with other gains of [11]", "starts", start_header, start_rows,
-                  "Whether each claim holds for the flight; the paper gives neither the start nor the gains."),
+                  f"Whether each claim holds for the flight; the paper gives neither the start nor the gains. {lost}"),
             TableSection("Stress flights: Case 1's path in less time, under more disturbance", "stress", header, rows,
                   "Position RMSE and largest tilt, or the time and reason of the loss."),
             TableSection("Choices made where the paper is silent", "choices", ("what", "chosen", "why"), choices()),
