@@ -504,7 +504,7 @@ def test_of_two_the_closer_one_is_named(tmp_path):
     for name, rmse in (("near", 0.01), ("far", 0.03)):
         spoilt(tmp_path / name, name=name, **{"position_rmse[m]": rmse})
     text = answer(tmp_path, "/compare?a=far&b=near").text
-    assert "“near” is 3.0 times closer to its path than “far”." in text
+    assert "“near” is 3.0 times closer to its path than “far”, by position RMSE over the whole flight." in text
     assert "10.0\u00a0mm" in text and "second / first" in text
     for one in ("a", "b"):
         spoilt(tmp_path / one, **{"largest_tilt[rad]": 0.1, "overturned[rad]": 0.1})
@@ -606,7 +606,20 @@ def test_of_two_flights_of_one_path_the_errors_are_drawn_over_time_and_their_loo
     rows = re.findall(r"<tr><td>(controller|loop at rest|its margins)</td><td[^>]*>(.*?)</td><td[^>]*>(.*?)</td>", text)
     assert rows[0] == ("controller", "geometric", "lqr"), "whatever the flights are called"
     assert rows[1:] == [("loop at rest", "sound", "fragile"), ("its margins", "sound, as it is", "fragile, as it is")]
-    assert '<b class="fair"><span aria-hidden="true">!</span> fragile</b>' in answer(tmp_path, "/").text
+    assert "“near_d” is the closer one 100 % of the time." in text
+    cards = answer(tmp_path, "/").text
+    assert '<b class="fair"><span aria-hidden="true">!</span> fragile</b>' in cards
+    assert "flew 1 s under geometric; " in cards and "flew 1 s under lqr; " in cards
+
+
+@pytest.mark.parametrize(("since", "said"), [(0.0, "30 % of the time."), (0.5, "60 % of the time from 0.5 s on.")])
+def test_of_two_flights_it_is_said_how_long_the_first_is_the_closer_one(tmp_path, since, said):
+    for name, errors in (("a", [2] * 8 + [0] * 3), ("b", [1] * 11)):
+        mission = {"score_from": since}
+        spoilt(tmp_path / name, name=name, mission=mission, **{"outcome": "completed", "ended[s]": 1.0})
+        rows = "".join(f"{0.1 * i},{error},0,1,0,0,1\n" for i, error in enumerate(errors))
+        (tmp_path / name / "flight.csv").write_text("t[s],x[m],y[m],z[m],x_d[m],y_d[m],z_d[m]\n" + rows)
+    assert f"“a” is the closer one {said}" in answer(tmp_path, "/compare?a=a&b=b").text
 
 
 def test_two_flights_of_one_name_are_told_apart_by_their_places(tmp_path):
@@ -626,7 +639,7 @@ def test_of_two_in_other_wind_it_is_said(tmp_path):
             **{"position_rmse[m]": rmse, "outcome": "completed", "ended[s]": 5.0, "saturated_share": 0.0},
         )  # fmt: skip
     text = answer(tmp_path, "/compare?a=a&b=b").text
-    assert "With different wind (5\u00a0m/s and none) and events: “a” is 3.0 times closer to its path than “b”." in text
+    assert "With different wind (5\u00a0m/s and none) and events: “a” is 3.0 times closer to its path than “b”, " in text
     assert "Metrics that are 0 in both are omitted." in text and "share of the time at a rotor" not in text
     late = [{"mission": {"sensors": {"latency": one, "estimator": False}}} for one in (0.02, 0.12)]
     assert conditions(*late) == "With different sensor latency (0.0200\u00a0s and 0.120\u00a0s): "
@@ -895,7 +908,7 @@ def test_a_flight_is_listed_with_a_picture_of_its_path_and_of_where_it_was_lost(
     assert len(points) > 200
     assert np.allclose(points[:, 1] - points[0, 1], -((points[:, 0] - points[0, 0]) ** 2) / 440.0, atol=0.2)
     assert desired == flown, "they differ in height, which is not seen from above"
-    assert "x 10 m, y 5 m" in found.text
+    assert "from above: 10 m in x, 5 m in y" in found.text
     assert "--blue:" in found.text
     assert "var(--bad)" not in found.text.split("<path")[3]
     assert "var(--bad)" in stamped(tmp_path, LOG + rows, "diverged").text.split("<path")[3]

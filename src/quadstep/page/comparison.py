@@ -20,7 +20,18 @@ from quadstep.metrics.verdict import FlightGrade, scalars
 from quadstep.mission import fields
 from quadstep.mission.sensing import SensorsSection
 from quadstep.page.cards import best, picture
-from quadstep.page.folder import REPORT, ResultFolder, grade, loop_grade, name_in, outcome, read_log, scored_from, section
+from quadstep.page.folder import (
+    REPORT,
+    ResultFolder,
+    controller,
+    grade,
+    loop_grade,
+    name_in,
+    outcome,
+    read_log,
+    scored_from,
+    section,
+)
 from quadstep.page.model import identity
 from quadstep.page.report_tables import differences
 from quadstep.page.thumbnails import COLOURS
@@ -70,7 +81,11 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         for name, one, flew in zip(names, results, map(controller, contents), strict=True) if one.rmse is not None
     ]  # fmt: skip
     shown = "the answers and first numbers of their reports" if told else "their numbers" * bool(rows)
-    body = [markup.summary(unlike or conditions(*contents) + answer(quoted, first, second, shown), errors)]
+    body = [
+        markup.summary(
+            unlike or conditions(*contents) + answer(quoted, first, second, shown, scored_from(contents[0])), errors
+        )
+    ]
     places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
     pages = [f'<a href="{escape(best(one))}">{escape(name)}</a>' for one, name in zip(results, names, strict=True)]
     if flights and not (things := different(*contents)):
@@ -124,11 +139,6 @@ def grades(*contents: Metrics) -> list[list[str]]:
     return [one for one in rows if all(one[1:])]
 
 
-def controller(content: Metrics) -> str:
-    """The type of the controller that flew; empty where it is not known."""
-    return str(section(section(content, "mission"), "controller").get("type", ""))
-
-
 def errors_figure(names: list[str], contents: Sequence[Metrics], folders: Sequence[Path]) -> str:
     """How far two flights are from their path over time, drawn upon each other. Raises UserError."""
     times, lines = list[NDArray[np.float64]](), dict[str, NDArray[np.float64]]()
@@ -142,6 +152,12 @@ def errors_figure(names: list[str], contents: Sequence[Metrics], folders: Sequen
     lines = {name: np.interp(t[t <= own[-1]], own, lines[name]) for name, own in zip(names, times, strict=True)}
     lost = FlightGrade.LOST in map(grade, contents)  # whose error would leave the other flat on the axis
     said = f"Distance from the path over time{', on a logarithmic scale' if lost else ''}."
+    since, shared = max(map(scored_from, contents)), min(map(len, lines.values()))
+    spans = np.diff(t[:shared]) * (t[1:shared] > since)
+    if not lost and spans.any():
+        first, second = (line[1:shared] for line in lines.values())
+        share = units.percent(float(spans[first < second].sum() / spans.sum()))
+        said += f" {names[0]} is the closer one {share} of the time{f' from {since:g} s on' if since else ''}."
     job = FigureJob("errors", said, t, [Panel("distance", "m", lines, LOG if lost else "")])
     with tempfile.TemporaryDirectory() as place, ONE_AT_A_TIME:
         job.draw(Path(place), Sheet(("svg",)))
@@ -224,8 +240,8 @@ def reported(*results: ResultFolder) -> list[list[str]]:
     return [[what, *(one.get(what, "–") for one in told)] for what in dict.fromkeys(name for one in told for name in one)]
 
 
-def answer(names: list[str], first: dict[str, float], second: dict[str, float], shown: str) -> str:
-    """Which is closer to its path, as far as that is known. shown: what is compared where it is not."""
+def answer(names: list[str], first: dict[str, float], second: dict[str, float], shown: str, since: float) -> str:
+    """Which is closer to its path, as far as known. shown: what is compared where it is not; since: errors count [s]."""
     errors = [one.get(RMSE) for one in (first, second)]
     if errors[0] is None or errors[1] is None:
         left = f"are not ranked: below are {shown}, side by side" if shown else "have no numbers to compare"
@@ -235,7 +251,8 @@ def answer(names: list[str], first: dict[str, float], second: dict[str, float], 
     near, far = (0, 1) if errors[0] < errors[1] else (1, 0)
     ratio = errors[far] / errors[near] if errors[near] else math.inf  # type: ignore[operator]
     times = f"{units.number(ratio, 2)} times closer" if math.isfinite(ratio) else "closer"
-    return f"{names[near]} is {times} to its path than {names[far]}."
+    over = f"from {since:g} s on" if since else "over the whole flight"
+    return f"{names[near]} is {times} to its path than {names[far]}, by position RMSE {over}."
 
 
 def value(one: float, unit: str, largest: float) -> str:

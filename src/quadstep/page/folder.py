@@ -162,19 +162,25 @@ def ending_text(content: dict[str, object]) -> str:
     time, outcome = (content.get(key) for key in ("ended[s]", "outcome"))
     if not isinstance(outcome, str) or not isinstance(time, int | float):
         return ""
+    law = f" under {name}" if (name := controller(content)) else ""
     if grade(content) == FlightGrade.LOST:
         known = outcome.upper() in Outcome.__members__
-        return f"lost at {time:g} s: {REASONS[Outcome[outcome.upper()]] if known else outcome}"
+        return f"lost at {time:g} s{law}: {REASONS[Outcome[outcome.upper()]] if known else outcome}"
     reasons = content.get("grade_reasons")
     but = together([one for one in reasons if isinstance(one, str)]) if isinstance(reasons, list) and reasons else ""
     loop = f"; {at_rest({'grade': word})}" if (word := loop_grade(content)) else ""
     counted = f"; errors count from {since:g} s on" if (since := scored_from(content)) else ""
-    return f"flew {time:g} s{f', but {but}' if but else ''}{loop}{counted}"
+    return f"flew {time:g} s{law}{f', but {but}' if but else ''}{loop}{counted}"
 
 
 def section(content: Metrics, key: str) -> Metrics:
     """A table of a metrics.json, or one without keys."""
     return found if isinstance(found := content.get(key), dict) else {}
+
+
+def controller(content: Metrics) -> str:
+    """The type of the controller that flew; empty where it is not known."""
+    return str(section(section(content, "mission"), "controller").get("type", ""))
 
 
 def scored_from(content: dict[str, object]) -> float:

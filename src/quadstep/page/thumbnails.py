@@ -42,14 +42,14 @@ def thumbnail(*flights: tuple[io.BufferedReader, bool]) -> str:
     size = float(min((np.array([WIDE, HIGH - CAPTION]) - 2.0 * MARGIN) / np.maximum(span, 1e-9)))
     *flown, asked = [(path - low - 0.5 * span) * [size, -size] + [0.5 * WIDE, 0.5 * (HIGH - CAPTION)] for path in paths]
     lines = [line(asked, f'stroke="var(--{COLOURS[0] if len(flights) == 1 else "muted"})" stroke-width="5" opacity="0.26"')]
-    for path, (_, lost), colour in reversed([*zip(flown, flights, COLOURS, strict=False)]):  # the first hides the second
+    for path, (_, lost), colour in zip(flown, flights, COLOURS, strict=False):  # the first shows between the second's dashes
         dashes = 'stroke-dasharray="5 4" ' * (colour != COLOURS[0])
         x, y = path[-1]
         end = f"M{x - 6:.1f} {y - 6:.1f}l12 12m0-12l-12 12" if lost else f"M{x:.1f} {y:.1f}h0"
         stroke = 'stroke="var(--bad)" stroke-width="3"' if lost else f'stroke="var(--{colour})" stroke-width="6"'
         lines += [line(path, f'stroke="var(--{colour})" {dashes}stroke-width="1.6"'), f'<path d="{end}" {stroke}/>']
     letters = 13 if len(flights) == 1 else 8  # two are drawn twice as large
-    said = f"{'xyz'[across]} {span[0]:.2g} m, {'xyz'[up]} {span[1]:.2g} m"
+    said = f"from {'above' if up == 1 else 'the side'}: {span[0]:.2g} m in {'xyz'[across]}, {span[1]:.2g} m in {'xyz'[up]}"
     caption = f'<text x="{WIDE - 4:g}" y="{HIGH - 5:g}" text-anchor="end" {written(letters)}>{said}</text>'
     return stamped(f'<g fill="none" stroke-linecap="round" stroke-linejoin="round">{"".join(lines)}</g>{caption}')
 
