@@ -35,7 +35,7 @@ from quadstep.studies.class_flight import (
     fly_submission,
     submitted,
 )
-from quadstep.studies.class_pages import first_text, setting
+from quadstep.studies.class_pages import board, first_text, setting, student_page
 from quadstep.studies.class_server import MOST_AT_ONCE, class_server
 from quadstep.studies.classroom import ATTEMPTS, DRAFT, MOST_ATTEMPTS, MOST_LINES, SUBMISSION, Attempt, Room
 from quadstep.vehicle.paper import State
@@ -108,10 +108,37 @@ def test_board_and_attempts_say_that_a_loop_is_fragile_and_what_limits_it(room, 
     said = f"</span> fragile</b>: {escape(rest.why.partition(';')[0])}</td>"
     text = ask(port, "/", next(iter(room.members)))[2]
     assert said in text.split('id="board"')[1].split("</table>")[0] and escape(rest.why) in text.split('id="attempts')[1]
-    assert "The loop's grade does not change the rank" in text
+    assert "A fragile loop may fail on a vehicle that differs" in text and ada.ranked
     assert ask(port, "/board.csv", room.teacher)[2].splitlines()[-1].endswith(",fragile")
     again = next(iter(Room(tmp_path / "class.toml", tmp_path / "out").members.values()))
     assert again.latest.rest == ada.latest.rest
+
+
+@pytest.mark.parametrize(("asked", "ranked", "words"), [
+    ("sound", ["sound"], " with a sound loop"), ("fragile", ["fragile", "sound"], " with a stable loop"),
+    ("", ["", "fragile", "sound", "unstable"], ""),
+])  # fmt: skip
+def test_a_class_may_ask_for_a_loop_at_rest(tmp_path, asked, ranked, words):
+    (tmp_path / "mission.toml").write_text(MISSION)
+    (tmp_path / "class.toml").write_text(f'{CLASS.replace("<2>", "2")}loop = "{asked}"\n')
+    (tmp_path / "out").mkdir()
+    room = Room(tmp_path / "class.toml", tmp_path / "out")
+    ada = next(iter(room.members.values()))
+    for word in ("unstable", "fragile", "sound", ""):
+        ada.attempts = []
+        ada.counts("", SubmissionResult("", "as asked", {ada.metric: 0.01}, {"grade": word} if word else {}))
+        assert ada.ranked == (word in ranked) == bool(room.board()), word
+        ada.counts("", SubmissionResult("", "as asked", {ada.metric: 0.03}, {"grade": "sound", "why": "all margins"}))
+        assert ada.ranked and ada.value == (0.01 if word in ranked else 0.03)
+    text = student_page(room, ada)
+    assert (
+        f"of a flight as asked{words} wins." in text
+        and f"with the smallest position RMSE{words.replace(' with', ' and')}." in text
+    )
+    room.own = SubmissionResult("", "as asked", {ada.metric: 0.02})
+    names = re.findall(r"<tr><td>.</td><td>(?:<[bi]>)?([^<]*)<", board(room, ada))
+    assert names[:2] == ["Ada (you)", "the class's own gains"], "which nobody knows to be sound"
+    assert "<th>rank</th>" in board(room), "also where nobody is ranked"
 
 
 def test_a_class_goes_on_where_a_student_s_folder_cannot_be_tidied(room):
@@ -461,7 +488,7 @@ def test_a_flight_that_was_not_as_asked_is_not_ranked_and_all_rows_stand_by_valu
     text = ask(port, "/", token)[2]
     rows = re.findall(r"<tr><td>(.)</td><td>(?:<[bi]>)?([^<]*)<", text.split('id="board"')[1])
     assert rows[:3] == [("1", "Ada"), ("–", "the class's own gains"), ("–", "Group 2 (you)")]
-    assert "Your smallest: 2.00\u00a0mm, not ranked: none of your flights was as asked. The best of the class: 30.0" in text
+    assert "Your smallest: 2.00\u00a0mm, not ranked: no flight of yours was as asked. The best of the class: 30.0" in text
     room.own = room.own._replace(numbers={room.ground.metric: 0.025})
     rows = re.findall(r"<tr><td>(.)</td><td>(?:<[bi]>)?([^<]*)<", ask(port, "/", token)[2].split('id="board"')[1])
     assert [name for _, name in rows[:2]] == ["the class's own gains", "Ada"]

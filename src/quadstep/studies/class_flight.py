@@ -19,9 +19,9 @@ from quadstep.interfaces.log import REASONS
 from quadstep.io.documents import parse_toml
 from quadstep.io.errors import UserError, cut
 from quadstep.io.user_code import refuse
-from quadstep.linear.grade import quick_grade
-from quadstep.metrics.registry import at_rest_sentences, rest_of
-from quadstep.metrics.verdict import graded, scalars
+from quadstep.linear.grade import FRAGILE, quick_grade
+from quadstep.metrics.registry import SOUND, at_rest_sentences, rest_of
+from quadstep.metrics.verdict import FlightGrade, graded, scalars
 from quadstep.mission.fields import dotted, key_parts, with_value
 from quadstep.mission.own_controller import PilotedSection
 from quadstep.mission.read import check_mission
@@ -64,6 +64,16 @@ class SubmissionResult(NamedTuple):
     grade: str = ""
     numbers: dict[str, float] = {}  # noqa: RUF012 (never changed)
     rest: dict[str, str] = {}  # noqa: RUF012
+
+
+RANKED = {"": "", FRAGILE: " with a stable loop", SOUND: " with a sound loop"}
+"""What a class may ask of a loop at rest, by the value of `loop` in its file, in words."""
+
+
+def may_rank(grade: str, rest: dict[str, str], loop: str) -> bool:
+    """Whether a flight is as asked (one that tumbled may have a small error, too), with a loop that the class asks for."""
+    enough = [FRAGILE, SOUND] if loop == FRAGILE else [loop]
+    return grade == FlightGrade.AS_ASKED and (not loop or rest.get("grade") in enough)
 
 
 def is_free(key: str, free: tuple[str, ...]) -> bool:

@@ -1,16 +1,15 @@
 """What a browser shows of a class: to a student the board, the field and the own attempts; to the teacher everybody's."""
 
-import csv
-import io
 import json
 import time
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from html import escape
 from operator import itemgetter
 from typing import NamedTuple
 
 from quadstep.interfaces.gain import BELIEF, Gain
 from quadstep.io.files import is_file
+from quadstep.linear.grade import UNSTABLE
 from quadstep.metrics.registry import SOUND
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.fields import dotted
@@ -21,7 +20,17 @@ from quadstep.page.comparison import wind_speed
 from quadstep.page.folder import section
 from quadstep.report import units
 from quadstep.report.markup import Cell, disclosure, heading, page_text, paragraph, table
-from quadstep.studies.class_flight import LOG_NAME, MISSION_NAME, PAGE_NAME, Ground, SubmissionResult, is_free, no_value
+from quadstep.studies.class_flight import (
+    LOG_NAME,
+    MISSION_NAME,
+    PAGE_NAME,
+    RANKED,
+    Ground,
+    SubmissionResult,
+    is_free,
+    may_rank,
+    no_value,
+)
 from quadstep.studies.classroom import Attempt, Member, Refusal, Room
 from quadstep.studies.tuning.gains import filled_in
 
@@ -61,8 +70,8 @@ def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # 
         '<button>Submit</button> <a href="/try">Try gains on the live page first</a> '
         '<span id="answer" role="status"></span></form>',
         "</section><section>", heading("Board", "ranking"),
-        f"<p>The smallest {escape(words)} of a flight as asked wins. Other flights are not ranked. The loop's grade does not "
-        "change the rank, but a fragile loop may fail on a vehicle that differs a little from the model.</p>",
+        f"<p>The smallest {escape(words)} of a flight as asked{RANKED[room.section.loop]} wins. Other flights are not ranked. "
+        "A fragile loop may fail on a vehicle that differs a little from the model.</p>",
         board(room, member), "</section></div>",
         heading(f"Gains of the controller “{room.mission.controller.type}”", "gains", escape) if gains else "", gains,
         heading("Your attempts", "history"), attempts(member, "/mine"),
@@ -90,7 +99,8 @@ def student_news(room: Room, member: Member) -> str:
     words = escape(units.metric(room.ground.metric)[0])
     own, ranked = own_number(room), room.board()
     goal = "" if own == "–" else f" The class's own gains reach {own}."
-    task = f'<p class="answer">{escape(member.name)}: fly “{escape(room.mission.name)}” with the smallest {words}.{goal}</p>'
+    task = f'<p class="answer">{escape(member.name)}: fly “{escape(room.mission.name)}” with the smallest '
+    task += f"{words}{RANKED[room.section.loop].replace(' with', ' and')}.{goal}</p>"
     task += paragraph(setting(room), escape)
     number = member.latest.number if member.latest else 0
     mine = f"<b>Solid: your attempt {number}.</b> Dashed: the class's own gains." if number else "Line: the class's own gains."
@@ -100,7 +110,7 @@ def student_news(room: Room, member: Member) -> str:
     first = "" if not ranked or ranked[0] is member else f" The best of the class: {shown(room, ranked[0])}."
     rank = f"Your best: {shown(room, member)}, rank {place(ranked, member)} of {len(ranked)}." if member in ranked else ""
     if member.best and not member.ranked:
-        rank = f"Your smallest: {shown(room, member)}, not ranked: none of your flights was as asked."
+        rank = f"Your smallest: {shown(room, member)}, not ranked: no flight of yours was as asked{RANKED[room.section.loop]}."
     best = paragraph(f"{rank}{first}", str) if rank or first else ""
     return f'<div id="said">{path}<div>{task}<p role="status"{waiting}</p>{best}</div></div>'
 
@@ -136,26 +146,28 @@ def board(room: Room, me: Member | None = None) -> str:
         chosen = one.best or one.latest or (one.attempts[-1] if one.attempts else None)
         name = escape(one.name) if me else f'<a href="#{anchor(room, one)}">{escape(one.name)}</a>'
         cells = [grade(chosen), loop(chosen), when(chosen.at)] if chosen else ["nothing sent", "", ""]
-        count, rank = f"{one.attempts[-1].number if one.attempts else 0}", f"{place(ranked, one)}" if one in ranked else "–"
+        count = f"{one.attempts[-1].number if one.attempts else 0}"
+        rank = f"{place(ranked, one)}" if one in ranked else "–", ""  # stays where nobody is ranked
         mine = (lambda text: f"<b>{text}</b>") if one is me else str
         value: Cell = (mine(shown(room, one) or "–"), "number")
         row: list[Cell] = [rank, mine(f"{name} (you)" if one is me else name), value, *cells, (count, "number")]
-        rows.append((order(chosen.grade if chosen else "", one.value), row))
+        rows.append((order(chosen, room.section.loop, one.value), row))
     words = escape(units.metric(room.ground.metric)[0])
     header = ("rank", "student", words, "grade", "loop at rest", "flown", "attempts")
     if room.own.grade:
         graded = grade_mark(room.own.grade), loop(room.own)
         own: list[Cell] = ["–", "<i>the class's own gains</i>", (own_number(room), "number"), *graded, "", ""]
-        rows.append((order(room.own.grade, room.own.numbers.get(room.ground.metric)), own))
+        rows.append((order(room.own, room.section.loop, room.own.numbers.get(room.ground.metric)), own))
     none = "" if any(one.best for one in room.members.values()) else "<p>Nobody has flown it yet.</p>"
     told = table(header, [row for _, row in sorted(rows, key=itemgetter(0))], str) if rows else ""
     return f'<div id="board">{none}{told}</div>'
 
 
-def order(grade: str, value: float | None) -> tuple[int, float]:
-    """By what rows of the board are sorted: flights as asked, other completed flights, the rest; in each the least first."""
-    kinds = (FlightGrade.AS_ASKED, FlightGrade.FLEW_BUT)
-    return (kinds.index(grade), value or 0.0) if grade in kinds else (len(kinds), 0.0)
+def order(flown: Attempt | SubmissionResult | None, loop: str, value: float | None) -> tuple[int, float]:
+    """By what rows of the board are sorted: ranked flights, other completed ones, the rest; each by their value."""
+    if flown is None or flown.grade not in (FlightGrade.AS_ASKED, FlightGrade.FLEW_BUT):
+        return 2, 0.0
+    return int(not may_rank(flown.grade, flown.rest, loop)), value or 0.0
 
 
 def own_number(room: Room) -> str:
@@ -169,9 +181,9 @@ def grade(attempt: Attempt) -> str:
 
 
 def loop(flown: Attempt | SubmissionResult) -> str:
-    """The grade of its loop at rest and, where it is not sound, why, as markup; empty where it is not known."""
+    """The grade of its loop at rest and, where it is fragile, why, as markup; empty where it is not known."""
     word, why = flown.rest.get("grade", ""), flown.rest.get("why", "").partition(";")[0]
-    return ": ".join(filter(None, (grade_mark(word), "" if word == SOUND else escape(why))))
+    return ": ".join(filter(None, (grade_mark(word), "" if word in (SOUND, UNSTABLE) else escape(why))))
 
 
 def when(at: float) -> str:
@@ -290,31 +302,3 @@ def first_text(mission: Mission, ground: Ground) -> str:
         shown = derived | {key: value for key, value in nets if value is not None}
         lines += ["", "[controller.nets]", *number_lines(type(nets), shown)]
     return "\n".join((*others, *(("[controller]", f'type = "{mission.controller.type}"', *lines) if lines else ()), ""))
-
-
-def as_csv(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([header, *rows])
-    return text.getvalue()
-
-
-def board_csv(room: Room) -> str:
-    ranked = room.board()
-    rows = [
-        [place(ranked, one), one.name, one.value, one.best.grade, iso(one.best), one.attempts[-1].number,
-         one.best.rest.get("grade")]
-        for one in ranked if one.best
-    ]  # fmt: skip
-    return as_csv(("rank", "student", room.ground.metric, "grade", "flown", "attempts", "loop"), rows)
-
-
-def attempts_csv(room: Room) -> str:
-    rows = [
-        [one.name, each.number, iso(each), one.value_of(each), each.grade or "not flown", each.said, each.rest.get("grade")]
-        for one in room.members.values() for each in one.attempts
-    ]  # fmt: skip
-    return as_csv(("student", "attempt", "flown", room.ground.metric, "grade", "said", "loop"), rows)
-
-
-def iso(attempt: Attempt) -> str:
-    return time.strftime("%Y-%m-%dT%H:%M:%S", time.localtime(attempt.at))

@@ -6,10 +6,13 @@ the class and by its number.
 """
 
 import contextlib
+import csv
+import io
 import re
 import threading
+import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from http import HTTPStatus
 from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
@@ -19,18 +22,8 @@ from quadstep.io.errors import UserError
 from quadstep.page.serve import KINDS, LISTED, THEIRS, Answer, Handler, Server, bound_server, stamp
 from quadstep.page.sharing import Access
 from quadstep.studies.class_flight import LOG_NAME, MISSION_NAME, PAGE_NAME
-from quadstep.studies.class_pages import (
-    FIELD,
-    Asked,
-    as_csv,
-    attempts_csv,
-    board_csv,
-    laws_page,
-    live,
-    student_page,
-    teacher_page,
-)
-from quadstep.studies.classroom import SUBMISSION, Member, Refusal, Room
+from quadstep.studies.class_pages import FIELD, Asked, laws_page, live, place, student_page, teacher_page
+from quadstep.studies.classroom import SUBMISSION, Attempt, Member, Refusal, Room
 
 MOST_AT_ONCE = 32
 """Requests of one address that are answered at the same time: a class may be behind one."""
@@ -214,3 +207,31 @@ def serve_class(file: Path, root: Path, port: int, access: Access, ready: Callab
         threading.Thread(target=room.work, daemon=True).start()
         threading.Thread(target=lambda: room.laws, daemon=True).start()  # which takes a second
         running.serve_forever(poll_interval=0.2)
+
+
+def as_csv(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([header, *rows])
+    return text.getvalue()
+
+
+def board_csv(room: Room) -> str:
+    ranked = room.board()
+    rows = [
+        [place(ranked, one), one.name, one.value, one.best.grade, iso(one.best), one.attempts[-1].number,
+         one.best.rest.get("grade")]
+        for one in ranked if one.best
+    ]  # fmt: skip
+    return as_csv(("rank", "student", room.ground.metric, "grade", "flown", "attempts", "loop"), rows)
+
+
+def attempts_csv(room: Room) -> str:
+    rows = [
+        [one.name, each.number, iso(each), one.value_of(each), each.grade or "not flown", each.said, each.rest.get("grade")]
+        for one in room.members.values() for each in one.attempts
+    ]  # fmt: skip
+    return as_csv(("student", "attempt", "flown", room.ground.metric, "grade", "said", "loop"), rows)
+
+
+def iso(attempt: Attempt) -> str:
+    return time.strftime("%Y-%m-%dT%H:%M:%S", time.localtime(attempt.at))

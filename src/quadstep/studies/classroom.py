@@ -34,7 +34,16 @@ from quadstep.mission.read import CLASS, read_mission, refuse_others
 from quadstep.mission.schema import Mission
 from quadstep.page.sharing import Access
 from quadstep.report.publish import as_text
-from quadstep.studies.class_flight import NO_MISSION, Ground, SubmissionResult, flown_apart, is_free, reason_of, submitted
+from quadstep.studies.class_flight import (
+    NO_MISSION,
+    Ground,
+    SubmissionResult,
+    flown_apart,
+    is_free,
+    may_rank,
+    reason_of,
+    submitted,
+)
 from quadstep.studies.fly import metric_names
 
 SUBMISSION = files.FileKind("a submission", 64_000)
@@ -62,14 +71,15 @@ Student = Annotated[str, AfterValidator(check_student)]
 
 class ClassSection(Section):
     """A file of `serve --class`. mission: what all fly, a file beside this one. metric: of its flight, least is best. free:
-    keys in which a submission may differ from it. seconds: of computing that a flight may take. pause: from one submission of
-    a student to the next [s].
+    keys in which a submission may differ from it. loop: the least grade at rest of a flight that is ranked. seconds: of
+    computing that a flight may take. pause: from one submission of a student to the next [s].
     """
 
     mission: str
     students: Annotated[Several[Student], Field(min_length=1, max_length=500)]
     metric: str = "position_rmse"
     free: Annotated[Several[str], Field(min_length=1)] = ("controller",)
+    loop: Annotated[str, Field(pattern="^(sound|fragile)?$")] = ""
     seconds: Annotated[Positive, Field(ge=1.0)] = 30.0
     pause: Positive = 20.0
 
@@ -98,11 +108,12 @@ class Attempt(NamedTuple):
 
 @dataclass
 class Member:
-    """A student. metric: by which attempts are ranked. last: when the last submission came [s]. text: of that one."""
+    """A student. metric, loop: by which attempts are ranked. last: when the last submission came [s]. text: of that one."""
 
     name: str
     folder: Path
     metric: str
+    loop: str
     attempts: list[Attempt] = field(default_factory=list)
     text: str = ""
     message: str = "Nothing of yours has been flown yet."
@@ -115,14 +126,15 @@ class Member:
 
     @property
     def best(self) -> Attempt | None:
-        """One that flew as asked, if there is any: of these, or else of all, the one with the least value."""
+        """One that may be ranked, if there is any: of these, or else of all, the one with the least value."""
         flown = [one for one in self.attempts if self.value_of(one) is not None]
-        return min(flown, key=lambda one: (one.grade != FlightGrade.AS_ASKED, self.value_of(one), one.number), default=None)
+        return min(
+            flown, key=lambda one: (not may_rank(one.grade, one.rest, self.loop), self.value_of(one), one.number), default=None
+        )
 
     @property
     def ranked(self) -> bool:
-        """Whether it has a flight as asked: one that tumbled, say, may have a small error, too."""
-        return self.best is not None and self.best.grade == FlightGrade.AS_ASKED
+        return self.best is not None and may_rank(self.best.grade, self.best.rest, self.loop)
 
     @property
     def value(self) -> float | None:
@@ -192,7 +204,7 @@ class Room:
         self.waiting: queue.Queue[tuple[Member, str]] = queue.Queue()
         self.lock = threading.Lock()
         for name in self.section.students:
-            self.members[token(key, name)] = restored(Member(name, root / name, full.metric))
+            self.members[token(key, name)] = restored(Member(name, root / name, full.metric, self.section.loop))
 
     @cached_property
     def laws(self) -> dict[str, Mission]:
