@@ -103,7 +103,7 @@ def flown(name, given, folder=Path(), log=None):
 
 def write_page(path, *flights):
     laws = Laws()
-    data = page_data("title", "", flights, (), (), laws)
+    data = page_data("title", (), flights, (), (), laws)
     path.write_text(fill(STAND_IN, "title", data, laws.script()), encoding="utf-8")
     return path
 

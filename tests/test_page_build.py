@@ -43,7 +43,7 @@ def paper_text():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(build, "template", lambda: STAND_IN)
         text = paper_page(study, plans, check_claims(study))
-    assert data_of(text)["intro"].endswith(answer(check_claims(study)))
+    assert "".join(data_of(text)["intro"]).endswith(answer(check_claims(study)))
     return text
 
 
@@ -102,7 +102,7 @@ def test_a_hostile_name_is_only_a_name(tmp_path):
 
 def test_hostile_claims_and_links_are_only_text():
     claim = ClaimView(HOSTILE, HOSTILE, HOSTILE, "undecided", (), HOSTILE, ())
-    text = build_page(HOSTILE, HOSTILE, [], [claim])
+    text = build_page(HOSTILE, [HOSTILE], [], [claim])
     assert text.count("<script") == 2
     assert data_of(text)["claims"][0]["sentence"] == HOSTILE
     assert data_of(text)["flights"] == []
@@ -127,7 +127,7 @@ def test_text_in_one_place_is_not_taken_for_another_place():
 
 def test_no_law_holds_text_of_the_mission():
     laws = Laws()
-    page_data("t", "", [flown("case", FLIGHTS["waypoints"])], (), (), laws)
+    page_data("t", (), [flown("case", FLIGHTS["waypoints"])], (), (), laws)
     text = laws.script()
     assert "vehicle" not in text
     assert "gains" not in text
@@ -158,7 +158,7 @@ def test_a_flight_that_is_too_long_shows_its_recording_thinned():
     given = case_1(simulation={"duration": 40.0, "step": 0.0001, "log_period": 0.0005, "control_period": 0.002})
     plan = given.plan()
     log = fly(plan)
-    data = data_of(build_page("long", "", [ShownFlight("long", "long", "m", given, plan, log, {})]))
+    data = data_of(build_page("long", (), [ShownFlight("long", "long", "m", given, plan, log, {})]))
     (flight,) = data["flights"]
     assert "400000 steps" in flight["whyNot"]
     assert flight["controllers"] == []
@@ -183,7 +183,7 @@ class Opaque(Controller):
 def test_an_opaque_controller_shows_its_recording():
     flight = flown("case", FLIGHTS["backstepping"])
     plan = flight.plan.with_controller(Opaque(), flight.plan.parameters.gains)
-    data = data_of(build_page("opaque", "", [flight._replace(mission=None, plan=plan)]))
+    data = data_of(build_page("opaque", (), [flight._replace(mission=None, plan=plan)]))
     (shown,) = data["flights"]
     assert "cannot be written as JavaScript" in shown["whyNot"]
     assert shown["recorded"]["count"] == len(flight.log.rows)
@@ -199,7 +199,7 @@ def test_an_own_controller_flies_with_a_slider_for_each_of_its_gains():
     )
     plan = case_1().plan().with_controller(CascadedPD(), gains)
     log = fly(plan)
-    data = data_of(build_page("own", "", [ShownFlight("own", "own", "m", None, plan, log, {})]))
+    data = data_of(build_page("own", (), [ShownFlight("own", "own", "m", None, plan, log, {})]))
     (flight,) = data["flights"]
     assert flight["whyNot"] == ""
     assert {control["id"] for control in flight["controllers"][0]["controls"]} >= set(Gains._fields) - {"mass", "gravity"}

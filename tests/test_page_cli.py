@@ -110,7 +110,7 @@ def test_the_shipped_front_end_takes_the_data():
     text = template()
     for mark in (build.TITLE, build.DATA, build.LAWS):
         assert text.count(mark) == 1
-    page = build.build_page("t", "", [])
+    page = build.build_page("t", (), [])
     assert data_of(page)["flights"] == []
     assert len(page.encode()) < 2_000_000
 

@@ -52,7 +52,7 @@ def case():
 
 
 def viewed(path, case):
-    return page_data("t", "", [case], (), (), Laws(), Walk(read_story(path), {}))["story"]
+    return page_data("t", (), [case], (), (), Laws(), Walk(read_story(path), {}))["story"]
 
 
 def test_a_step_is_settings_and_paragraphs(tmp_path, case):
@@ -195,6 +195,7 @@ def test_the_lowest_gain_that_flies_as_asked_is_within_what_its_step_wants():
     assert flown(84.0)[0] is flown(94.0)[0] is FlightGrade.FLEW_BUT  # which are not done, whatever their tilt
     (lowest, tilt), (higher, less) = flown(95.0), flown(97.0)
     assert lowest is higher is FlightGrade.AS_ASKED and less < low < tilt < high
+    assert step.solution == {"K_r2": 95.0}
 
 
 def test_what_a_step_says_of_wind_is_what_flies():
@@ -214,7 +215,9 @@ def test_a_rotor_may_fail_as_far_as_its_step_wants(left, above):
     mission = read_mission(OWN.parent / "rotor.toml")
     (event,) = mission.events
     log, metrics = measured(mission.model_copy(update={"events": (event.model_copy(update={"efficiency": left}),)}))
-    low, high = step_on("rotor.toml", "fault_1").success["largest"]
+    step = step_on("rotor.toml", "fault_1")
+    low, high = step.success["largest"]
+    assert (step.solution == {"fault_1": left}) == above
     assert (low < metrics["largest_error[m]"] < high) == above == (log.column("z").min() > 0.0)
     assert log.column("z_d").min() == high
 

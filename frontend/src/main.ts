@@ -45,8 +45,8 @@ function start(): void {
   const clock = new Clock((passed) => scene?.view.spin(passed / clock.speed.value));
   const session = new Session(page, () => clock.time.value);
   byId("title").textContent = page.title;
-  fill(byId("intro"), ...page.intro.split(ANSWER).map((part, i) => (i % 2 ? h("strong", {}, part) : part)));
-  byId("intro").hidden = !page.intro;
+  fill(byId("intro"), ...page.intro.map((part, i) => (i % 2 ? h("strong", {}, part) : part)));
+  byId("intro").hidden = !page.intro.length;
   fill(byId("colophon"), page.version ? `Made with quadstep ${page.version}.` : null);
   links(byId("links"), page.links);
 
@@ -173,7 +173,6 @@ function start(): void {
   document.documentElement.dataset["ready"] = "yes";
 }
 
-const ANSWER = /(\d+ hold, \d+ fail, and \d+ are undecided)/; // of what all is about
 const LONG = 20; // s of flight that nobody waits for
 
 /** When the vehicle has gone a fiftieth of its way [s]: a page that opens should move, and a path that begins at rest hardly does. */

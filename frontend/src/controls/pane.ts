@@ -53,7 +53,7 @@ export class ControlPane {
     const rank = (name: string): number => (FIRST.includes(name) ? FIRST.indexOf(name) : FIRST.length);
     const ordered = [...groups].sort((a, b) => rank(a[0]) - rank(b[0]));
     const picks = (["controller", "ghost"] as const).map((which) => choice(which, which, data, settings, this.session, this.changes));
-    fill(this.host, h("div", { class: "choices" }, ...picks), ...ordered.map(([name, inside]) => this.group(name, inside)), this.foot(data));
+    fill(this.host, h("p", { class: "quiet" }, "Drag a slider: the vehicle flies again as you drag."), h("div", { class: "choices" }, ...picks), ...ordered.map(([name, inside]) => this.group(name, inside)), this.foot(data));
   }
 
   /** Its cards are made once it is open. */

@@ -10,7 +10,8 @@ export interface PageData {
   readonly format: 1;
   readonly version: string;
   readonly title: string;
-  readonly intro: string;
+  /** Parts of a paragraph, every other one in bold. */
+  readonly intro: readonly string[];
   readonly links: readonly { label: string; href: string }[];
   readonly laws: Readonly<Record<string, Law>>;
   readonly presets: Readonly<Record<string, Packed>>;
@@ -74,6 +75,8 @@ export interface StepData {
   readonly success: Readonly<Partial<Record<"rmse" | "largest" | "tilt", readonly [number, number]>>>;
   /** Whether its grade has to be "as asked", too. */
   readonly asAsked: boolean;
+  /** What reaches it, as settings keep them. */
+  readonly solution: Readonly<Record<string, readonly number[]>>;
 }
 
 /** A question before a step's flight. */

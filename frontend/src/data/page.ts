@@ -13,7 +13,7 @@ const EMPTY: PageData = {
   format: 1,
   version: "",
   title: "quadstep",
-  intro: "",
+  intro: [],
   links: [],
   laws: {},
   presets: {},

@@ -121,6 +121,9 @@ export class Guide {
     };
     const again = h("button", { type: "button", class: "plain", id: "guide-again" }, "Reset this step");
     again.addEventListener("click", () => this.open(place));
+    const solve = h("button", { type: "button", class: "plain", id: "guide-solution" }, "Show a solution");
+    const { flight, controller, ghost } = step;
+    solve.addEventListener("click", () => this.session.apply({ flight, controller, ghost, values: { ...step.values, ...step.solution } }));
     const watch = (): void => this.board.watch(step.watch === "scene" ? undefined : step.watch, this.plot);
     const inline = h("div", { hidden: step.watch === "scene" });
     this.inline = inline;
@@ -134,6 +137,7 @@ export class Guide {
       h("h3", { class: "guide-what" }, "Move"),
       this.slot,
       wanted(step) ? this.goal : null,
+      Object.keys(step.solution).length ? solve : null,
       step.watch === "scene" ? null : h("h3", { class: "guide-what" }, "Watch"),
       h("p", { class: "guide-text guide-where" }, step.watch === "scene" ? "The vehicle in the scene." : "The first plot on the right."),
       inline,

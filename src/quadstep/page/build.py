@@ -48,16 +48,16 @@ def template(of: str = "page") -> str:
 
 
 def build_page(
-    title: str, intro: str, flown: Sequence[ShownFlight], claims: Sequence[ClaimView] = (),
+    title: str, intro: Sequence[str], flown: Sequence[ShownFlight], claims: Sequence[ClaimView] = (),
     links: Sequence[Link] = (), walk: Walk | None = None,
 ) -> str:  # fmt: skip
-    """The HTML of a page with these flights. Raises UserError."""
+    """The HTML of a page with these flights. intro: parts of a paragraph, every other one in bold. Raises UserError."""
     laws = Laws()
     return fill(template(), title, page_data(title, intro, flown, claims, links, laws, walk), laws.script())
 
 
 def page_data(
-    title: str, intro: str, flown: Sequence[ShownFlight], claims: Sequence[ClaimView], links: Sequence[Link],
+    title: str, intro: Sequence[str], flown: Sequence[ShownFlight], claims: Sequence[ClaimView], links: Sequence[Link],
     laws: Laws, walk: Walk | None = None,
 ) -> dict[str, object]:  # fmt: skip
     """What the page is told, as JSON can hold it; the loops of its flights are added to `laws`. Raises UserError."""
@@ -127,7 +127,7 @@ def fly_missions(
     if story is None:
         return missions_page(flown)
     flown, walk = with_walk(flown, story, engine)
-    return build_page(story.title, "", flown, walk=walk)
+    return build_page(story.title, (), flown, walk=walk)
 
 
 def flown_files(
@@ -168,7 +168,7 @@ def write_mission_page(
 def missions_page(flown: Sequence[ShownFlight]) -> str:
     """The page of missions that were flown. Raises UserError."""
     title = flown[0].name if len(flown) == 1 else f"{len(flown)} missions"
-    return build_page(title, "", flown)
+    return build_page(title, (), flown)
 
 
 def flown_mission(

@@ -248,7 +248,7 @@ def read_log(path: Path, outcome: Outcome, ended: float) -> FlightLog:
 def open_result(folder: Path, links: tuple[Link, ...] = ()) -> str:
     """The page of the flight in `folder`. Raises UserError where there is none."""
     one = flown_in(folder)
-    return build_page(one.name, "", [one], links=links)
+    return build_page(one.name, (), [one], links=links)
 
 
 def open_two(folders: tuple[Path, Path], links: tuple[Link, ...] = ()) -> str:
@@ -259,7 +259,7 @@ def open_two(folders: tuple[Path, Path], links: tuple[Link, ...] = ()) -> str:
         above = os.path.commonpath(folders)
         places = [f"{first.name} ({folder.relative_to(above).as_posix()})" for folder in folders]
         first, second = (one._replace(name=place) for one, place in zip((first, second), places, strict=True))
-    return build_page(f"{first.name} and {second.name}", "", [first, second], links=links)
+    return build_page(f"{first.name} and {second.name}", (), [first, second], links=links)
 
 
 def flown_in(folder: Path, names: tuple[str, ...] = ()) -> ShownFlight:

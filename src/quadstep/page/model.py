@@ -238,6 +238,7 @@ class StepView(NamedTuple):
 
     watch: a panel's id, "net" or "scene". time: where the cursor starts [s]. window: the stretch of time of the plots [s].
     success: within what a completed flight's numbers have to be, by the names of measures [m, rad]. asAsked: its grade, too.
+    solution: what reaches it, as values.
     """
 
     title: str
@@ -254,6 +255,7 @@ class StepView(NamedTuple):
     guess: GuessView | None
     success: dict[str, list[float]]
     asAsked: bool  # noqa: N815
+    solution: dict[str, list[float]]
 
 
 class StoryView(NamedTuple):

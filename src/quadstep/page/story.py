@@ -93,6 +93,7 @@ class Settings(Section):
     guess: Guess | None = None
     success: dict[Measure, Annotated[list[float], AfterValidator(as_range)]] = Field(default_factory=dict)
     as_asked: bool = False
+    solution: dict[str, Values] = Field(default_factory=dict)
 
 
 class StoryStep(NamedTuple):
@@ -197,6 +198,7 @@ def step_view(written: StoryStep, flight: FlightData, where: str, laws: Laws) ->
     return StepView(
         title, text, flight.id, controller.id, ghost, values, moved, watched, settings.time, settings.window, settings.camera,
         asked, {str(name): span for name, span in settings.success.items()}, settings.as_asked,
+        placed(settings.solution, "solution"),
     )  # fmt: skip
 
 

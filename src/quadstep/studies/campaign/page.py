@@ -43,7 +43,7 @@ COUNTED = names_without_units((RMSE, LARGEST))
 def campaign_page(path: Path, engine: Engine = Engine.LANES, grading: Grading = ungraded) -> str:
     """The page of a campaign file. Raises UserError naming what of it a page cannot fly."""
     campaign = read_campaign(path)
-    return build_page(campaign.file.name or campaign.mission.name, "", [shown_campaign(campaign, str(path), engine, grading)])
+    return build_page(campaign.file.name or campaign.mission.name, (), [shown_campaign(campaign, str(path), engine, grading)])
 
 
 def shown_campaign(campaign: Campaign, source: str, engine: Engine = Engine.LANES, grading: Grading = ungraded) -> ShownFlight:
@@ -135,4 +135,4 @@ def what_if_page(
     after = [f"set={quote(f'{law.name}.{name}', safe='')}:{value!r}" for name, value in changes.items()]
     flight = f"#flight={quote(shown.id, safe='')}"
     links = [Link("before", flight), Link("after", "&".join([flight, *after])), Link("report", "report.html")]
-    return build_page(evidence.name, f"{evidence.answer} {ENDS}", [shown._replace(moved=changes)], links=links)
+    return build_page(evidence.name, [f"{evidence.answer} {ENDS}"], [shown._replace(moved=changes)], links=links)

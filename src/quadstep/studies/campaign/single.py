@@ -128,7 +128,7 @@ def write_flights(
             name = one.name.removeprefix(f"{campaign.defaults['name']}, ")  # which all have in common
             shown[flight] = one._replace(name=name, id=f"flight-{flight}", group=campaign.file.name, cell=cells.get(flight))
     try:
-        text = build_page(campaign.file.name, "", list(shown.values()), links=(Link("Report", REPORT),)) if shown else ""
+        text = build_page(campaign.file.name, (), list(shown.values()), links=(Link("Report", REPORT),)) if shown else ""
     except UserError:
         return {}
     if text:

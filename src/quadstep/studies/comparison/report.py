@@ -267,7 +267,7 @@ def ghosts(results: Comparison, flights: Sequence[Job[StudyCell]]) -> Shown:
         links.append((one.id, identity(names[1], ()) if len(names) > 1 else "", text))
     if not shown:
         raise UserError("flights of an autopilot cannot be shown without it")
-    return Shown(build_page(results.name, "", shown), tuple(links))
+    return Shown(build_page(results.name, (), shown), tuple(links))
 
 
 def hardest(results: Comparison, vehicle: str) -> Situation:

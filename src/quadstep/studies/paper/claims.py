@@ -225,13 +225,17 @@ def neurons(study: PaperStudy) -> list[Claim]:
 __all__ = ["Claim", "ClaimVerdict", "check_claims"]
 
 
+def counts(claims: Sequence[Claim]) -> str:
+    """How many claims have each verdict."""
+    hold, fail, undecided = (sum(claim.verdict is kind for claim in claims) for kind in ClaimVerdict)
+    return f"{hold} hold, {fail} fail, and {undecided} are undecided"
+
+
 def answer(claims: Sequence[Claim]) -> str:
     """The result for the paper's claims."""
-    count = {kind: sum(claim.verdict is kind for claim in claims) for kind in ClaimVerdict}
-    hold, fail, undecided = (count[kind] for kind in (ClaimVerdict.HOLDS, ClaimVerdict.FAILS, ClaimVerdict.UNDECIDED))
     return (
-        f"Of {len(claims)} claims that Das, Lewis and Subbarao (2009) make about their simulations, {hold} hold, {fail} fail, "
-        f"and {undecided} are undecided, when flown with gains and other values of our choice where the paper gives none. "
+        f"Of {len(claims)} claims that Das, Lewis and Subbarao (2009) make about their simulations, {counts(claims)}, "
+        "when flown with gains and other values of our choice where the paper gives none. "
         "Reference [11], with which they compare their controller, is Castillo, Lozano and Dzul (2005)."
     )
 

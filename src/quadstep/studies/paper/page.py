@@ -29,7 +29,7 @@ from quadstep.studies.paper.cases import (
     plan_study,
     stress_flights,
 )
-from quadstep.studies.paper.claims import Claim, answer, check_claims
+from quadstep.studies.paper.claims import Claim, answer, check_claims, counts
 
 TITLE = "Das, Lewis and Subbarao (2009), re-flown"
 PAPER = "“Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics”."
@@ -102,7 +102,7 @@ def paper_page(
     """The page of a study that was flown, with a walk if there is one. Raises UserError."""
     views = [view(claim) for claim in claims]
     flown = flown_study(study, plans, views)
-    intro = f"{PAPER} {answer(claims)}"
+    intro = f"{PAPER} {answer(claims)}".partition(counts(claims))
     if story is None:
         return build_page(TITLE, intro, flown, views, links)
     flown, walk = with_walk(flown, story, engine)
