@@ -52,7 +52,7 @@ def write_report(
     if "position" in metrics:
         said = size
         said += f"Counted{counted}; figures and their captions cover the whole flight. " if counted else ""
-        header, rows = LOST if ending else HEADER, error_rows(metrics, ending)
+        header, rows = error_table(metrics, ending)
         heading = metrics.get("heading_error[rad]")
         if isinstance(heading, float) and "attitude" not in metrics:  # whose rows have the heading
             rows.append(["heading", units.number(math.degrees(heading)), *["–"] * (len(header) - 3), "°"])
@@ -266,9 +266,9 @@ SMALL = 0.01
 """In the unit of the others; what is no larger has its own."""
 
 
-def error_rows(metrics: Metrics, ending: Metrics | None = None) -> list[list[str]]:
-    """Each axis and angle, those of a kind in one unit unless one is too small to be read in it. ending: the state that ended
-    a lost flight, which is none of its rows.
+def error_table(metrics: Metrics, ending: Metrics | None = None) -> tuple[Sequence[str], list[list[str]]]:
+    """Header and rows: each axis and angle, those of a kind in one unit unless one is too small to be read in it. ending: the
+    state that ended a lost flight, which is none of its rows.
     """
     rows = []
     for kind, base in (("position", "m"), ("attitude", "rad")):
@@ -283,4 +283,4 @@ def error_rows(metrics: Metrics, ending: Metrics | None = None) -> list[list[str
                 unit, factor = units.suited(base, max(values))
             written = (units.number(factor * value) if math.isfinite(value) else "–" for value in values)
             rows.append([SPOKEN.get(axis, axis), *written, unit])
-    return rows
+    return LOST if ending else HEADER, rows

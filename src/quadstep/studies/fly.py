@@ -32,8 +32,7 @@ from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import quantity
-from quadstep.studies import flight_report as report
-from quadstep.studies.flight_report import cut, error_rows, errors_since, of_limits, of_log, own_facts, parts, write_report
+from quadstep.studies.flight_report import cut, error_table, errors_since, of_limits, of_log, own_facts, parts, write_report
 
 REPORT = "report.html"
 
@@ -260,7 +259,8 @@ def summarise(
     """The table of errors, how close the vehicle came to its limits, and the closing line. mission, why: it ended early, if
     known. ended: the state that ended it, as in metrics.json.
     """
-    rows = [[f"{axis} [{unit}]", *values] for axis, *values, unit in error_rows(metrics, ended)]
+    header, errors = error_table(metrics, ended)
+    rows = [[f"{axis} [{unit}]", *values] for axis, *values, unit in errors]
     facts = [[one.what, one.value] for one in of_limits(metrics)]
     completed = log.outcome is Outcome.COMPLETED
     if completed:
@@ -271,5 +271,4 @@ def summarise(
     else:
         kept = f"The log up to that point is kept. {of_log(log, metrics, ended)}" if len(log.rows) else "Its log is empty."
         ending = f"Lost at {log.ended:g} s: {why or REASONS[log.outcome]}. {kept}"
-    header = [*(report.LOST if ended else report.HEADER)[1:-1]]
-    return FlightSummary(name, header, rows, facts, ending, completed, warnings, metrics, judged)
+    return FlightSummary(name, [*header[1:-1]], rows, facts, ending, completed, warnings, metrics, judged)
