@@ -101,9 +101,7 @@ def test_nobody_is_best_where_nothing_tells_them_apart():
         "law 0 (median e 10.0 mm), law 1 (10.0 mm) and law 2 (10.0 mm) are tied for best: 500 flights do not tell all of them "
         "apart; not even 100,000 would tell law 0 from law 1, if their differences stay as they are."
     )
-    assert answer(elsewhere(tied)).startswith(
-        "law 0, law 1 and law 2 are tied for best in all 2 situations. In hover, law 0 ("
-    )
+    assert answer(elsewhere(tied)).startswith("law 0, law 1 and law 2 are tied for best in both situations. In hover, law 0 (")
     assert advice(elsewhere(tied)).startswith("Next: choose among law 0, law 1 and law 2 by what they take")
     assert leaders(tied, WHERE) == found.controllers and latex_tables(tied).count("textbf{") == 3
     assert leaders(found, WHERE) == ["law 0"] and latex_tables(found).count("textbf{") == 1
@@ -117,7 +115,7 @@ def test_nobody_is_best_where_nothing_tells_them_apart():
         results=tuple(one for one in once.results if one.situation == WHERE or one.controller != "law 0"),
     )
     assert answer(other).startswith(
-        "No controller is best or tied for best in all 2 situations; law 0 and law 1 are each so in 1, more than any other."
+        "No controller leads, alone or tied, in both situations: law 0 and law 1 each lead in 1, more than any other."
     )
     assert advice(other).startswith("Next: choose for the situations that matter to you")
 
@@ -154,7 +152,7 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
     lost = Graded(FlightGrade.LOST)
     none = all_of(FAR, FAR, FAR, lost)
     assert answer(none).startswith(
-        "No controller flies as asked in any situation: law 0 is best in all 2 situations. In hover, "
+        "No controller flies as asked in any situation: law 0 is best in both situations. In hover, "
     )
     assert advice(none) == "Next: better gains (`quadstep tune`), as no median flight of law 0 is as asked."
     unknown = all_of(FAR, None, FAR, None)  # the other is an autopilot, whose flights are not flown again
@@ -175,12 +173,12 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
 
 
 @pytest.mark.parametrize(("difference", "p", "said", "differs"), [
-    (-1e-3, 0.001, "law 0 is best in all 2 situations. In hover, law 0 is best (median e 10.0 mm), next law 1 with 10.0 mm.",
+    (-1e-3, 0.001, "law 0 is best in both situations. In hover, law 0 is best (median e 10.0 mm), next law 1 with 10.0 mm.",
         "in 2 of 2 pairs over 2 situations, the"),
-    (-1e-6, 0.001, "law 0 and law 1 are tied for best in all 2 situations. In hover, law 0 (median e 10.0 mm) and law 1 (10.0 "
+    (-1e-6, 0.001, "law 0 and law 1 are tied for best in both situations. In hover, law 0 (median e 10.0 mm) and law 1 (10.0 "
         "mm) are tied for best: law 0 is better than law 1, by less than 0.1 %.",
         "in 2 of 2 pairs over 2 situations (in 2 of these by less than 0.1 %), the"),
-    (-1e-3, 0.4, "law 0 and law 1 are tied for best in all 2 situations. In hover, law 0 (median e 10.0 mm) and law 1 (10.0 "
+    (-1e-3, 0.4, "law 0 and law 1 are tied for best in both situations. In hover, law 0 (median e 10.0 mm) and law 1 (10.0 "
         "mm) are tied for best: 500 flights do not tell them apart (law 0 less law 1: −1.0 [−2.0, 1.0] mm, flight by flight). "
         "In circle", "in 0 of 2 pairs over 2 situations, the"),
 ])  # fmt: skip
@@ -232,7 +230,7 @@ def test_of_many_situations_the_answer_counts_in_how_many_each_is_best():
     lossy = [one._replace(lost=Estimate(0.3, 0.1, 0.5)) if one.controller == "law 1" else one for one in results]
     two = found._replace(results=tuple(lossy), ranked=dict(list(ranked.items())[:2]))
     assert answer(two).startswith(
-        "law 0 is best in all 2 situations. In 'path 0', law 0 is best (median e 10.0 mm), next law 1 "
+        "law 0 is best in both situations. In 'path 0', law 0 is best (median e 10.0 mm), next law 1 "
     )
     assert answer(two).endswith("20.0 mm (10 [5, 20] mm more, flight by flight); law 1 loses 30 % of its flights.")
 
@@ -243,7 +241,7 @@ def test_the_axis_says_that_it_is_logarithmic_and_names_an_interval_only_where_f
     found = found._replace(ranked={WHERE: found.ranked[WHERE]._replace(copies=alike)})
     draw_vehicle(tmp_path / "one", found, "crazyflie", sheet("svg", None, SCREEN))
     text = " ".join(re.findall(r">([^<>]+)</text>", (tmp_path / "one.svg").read_text(encoding="utf-8")))
-    assert "e [mm], logarithmic scale" in text and ("interval" in text) == (not alike)
+    assert "e [mm], logarithmic scale" in text and "interval" not in text, "which the caption has, where flights differ"
 
 
 def test_where_errors_are_large_is_drawn_and_said_where_all_flights_agree_on_it(tmp_path):
@@ -260,20 +258,26 @@ def test_where_errors_are_large_is_drawn_and_said_where_all_flights_agree_on_it(
     text = (tmp_path / "one.svg").read_text(encoding="utf-8")
     assert text.count(">large above 12.3 mm<") == 1, "of two panels, that of the error that is graded"
     assert [text.count(f">{name}<") for name in found.controllers] == [2, 2, 2], "each row by its name"
-    assert limit(found, "crazyflie") == " Errors are large above 12.3 mm."
+    assert (
+        limit(found, "crazyflie") == " An error is large above 12.3 mm: 10 % of that of a vehicle that never leaves its start."
+    )
     assert limit(found._replace(limits={}), "crazyflie") == ""
 
 
 def test_what_is_the_same_in_all_situations_stands_in_no_row():
     second, other = WHERE._replace(scenario="wind"), WHERE._replace(vehicle="x500", path="circle")
     found = comparison(2)._replace(ranked=dict.fromkeys((WHERE, second), ordered([])))
-    assert [found.place(one) for one in found.situations] == ["calm", "wind"]
+    assert [found.place(one) for one in found.ranked] == ["calm", "wind"]
     assert found.shared == ("crazyflie", "hover", "") and found.place(second, whole=True) == "wind"
     apart = found._replace(ranked=dict.fromkeys((WHERE, other), ordered([])))
     assert (apart.place(other), apart.place(other, whole=True)) == ("circle", "x500, circle")
     assert comparison(2).place(WHERE) == "hover, calm"
     rows = [["crazyflie", "a", "1"], ["crazyflie", "b", "2"]]
-    assert found.table(("vehicle", "controller", "n"), rows) == (["controller", "n"], [["a", "1"], ["b", "2"]])
+    assert found.table(("vehicle", "controller", "n"), rows) == (["controller", "n"], [["a", "1"], ["b", "2"]], "")
+    header, rows = ("vehicle", "controller", "gains", "ahead"), [["x500", name, "as shipped", "-"] for name in "ab"]
+    same = "The same for all: gains as shipped."
+    assert found.table(header, rows, "Costs.", once=True) == (["controller"], [], f"Costs. {same}")
+    assert found.table(header, rows[:1], once=True)[0] == ["controller", "gains", "ahead"]
     assert found.table(("vehicle", "controller"), [["crazyflie", "a"], ["x500", "a"]])[0] == ["vehicle", "controller"]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom, binomtest, rankdata, wilcoxon
 
-from quadstep.metrics.statistics import ordered_quantile
+from quadstep.metrics.statistics import ordered_quantile, quantile
 from quadstep.studies.comparison import words
 from quadstep.studies.comparison.ranking import (
     ALPHA,
@@ -19,7 +19,6 @@ from quadstep.studies.comparison.ranking import (
     fewest,
     holm,
     losses,
-    median_difference,
     pair,
     signed_ranks,
     spread,
@@ -183,12 +182,14 @@ def test_where_all_are_alike_nothing_is_decided():
 def test_the_interval_of_a_median_difference_holds_it_as_often_as_it_says_whatever_the_distribution():
     random, held = np.random.default_rng(0), 0
     for _ in range(1000):
-        found = median_difference(random.exponential(1.0, 30) ** 2 - math.log(2.0) ** 2)
+        found = quantile(random.exponential(1.0, 30) ** 2 - math.log(2.0) ** 2, 0.5)
         held += found.low <= 0.0 <= found.high
     assert 940 <= held <= 980
-    assert math.isnan(median_difference(np.zeros(0)).value)
-    assert median_difference(np.ones(5)).value == 1.0
-    assert math.isnan(median_difference(np.ones(5)).low)  # five say too little
+    assert quantile(np.ones(5), 0.5).value == 1.0
+    assert math.isnan(quantile(np.ones(5), 0.5).low)  # five say too little
+    lost, there = np.array([True, False]), np.array([math.nan, 1.0])
+    apart = pair("a", "b", CellFlights(lost, {"e": there}), CellFlights(~lost, {"e": there[::-1]}), "e")
+    assert math.isnan(apart.difference.value), "no flight is completed by both"
 
 
 def test_quantiles_are_values_with_exact_intervals_and_losses_are_infinite():

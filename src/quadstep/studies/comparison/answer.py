@@ -91,10 +91,11 @@ def overall(results: Comparison) -> str:
         return f"Every {results.kind} loses at least half of its flights in each situation."
     alone = each.count(who) if len(who) == 1 else 0
     how = "best" if alone == most else "best or tied for best" if alone else "tied for best"
+    every = "both" if many == 2 else f"all {many}"
     if most == many:
-        return f"{several(who)} {'is' if len(who) == 1 else 'are'} {how} in all {many} situations."
-    nearest = f"{several(who)} {'is' if len(who) == 1 else 'are each'} so in {most}, more than any other"
-    return f"No {results.kind} is best or tied for best in all {many} situations; {nearest}."
+        return f"{several(who)} {'is' if len(who) == 1 else 'are'} {how} in {every} situations."
+    nearest = f"{several(who)} {'leads' if len(who) == 1 else 'each lead'} in {most}, more than any other"
+    return f"No {results.kind} leads, alone or tied, in {every} situations: {nearest}."
 
 
 def of_situation(results: Comparison, situation: Situation) -> str:

@@ -23,8 +23,6 @@ from quadstep.studies.comparison.ranking import CellFlights, Effort, Ranked, Spr
 from quadstep.studies.comparison.robustness import Linear, Margin
 from quadstep.studies.comparison.schema import Content, ControllerEntry, MarginEntry
 
-FROM_FILE = "from {}"
-
 QUANTILES_FROM = 20
 """Flights a cell, of which the 95 % quantile is one and the largest another."""
 
@@ -130,7 +128,7 @@ def entrant(
     tasks = [training.task(study, vehicle, name, entry, table, repeat) for repeat in range(study.file.tuning.repeats)]
     known = given.get(f"{name} on {vehicle}")
     if known:
-        origin = FROM_FILE.format(study.file.tuning.gains)
+        origin = f"from {study.file.tuning.gains}"
         return EntrantSearch(tuned(study, Entrant(vehicle, name, table, origin, law), [trained_of(one) for one in known]))
     training.check_task(tasks[0])
     folder = parts.folder.path.absolute() if local else None
@@ -242,16 +240,18 @@ class Comparison(NamedTuple):
         """What is compared: controllers that a study puts into situations, or missions, which have one without a name."""
         return "controller" if any(one.label for one in self.ranked) else "mission"
 
-    def table(self, header: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[list[str], list[list[str]]]:
-        """A table, its column of controllers called as they are counted, without its column of vehicles where all are one."""
-        alone = "vehicle" in header and len({row[header.index("vehicle")] for row in rows}) == 1
-        names = [self.kind if name == "controller" else name for name in header]
-        kept = [place for place, name in enumerate(names) if not (alone and name == "vehicle")]
-        return [names[place] for place in kept], [[row[place] for place in kept] for row in rows]
-
-    @property
-    def situations(self) -> tuple[Situation, ...]:
-        return tuple(self.ranked)
+    def table(
+        self, header: Sequence[str], rows: Sequence[Sequence[str]], text: str = "", once: bool = False
+    ) -> tuple[list[str], list[list[str]], str]:
+        """A table and its text, its column of controllers called as they are counted, without its column of vehicles where all
+        are one. once: what else is the same for all several rows is said in the text, too, and has no column.
+        """
+        columns = dict(zip(header, zip(*rows, strict=True), strict=True))
+        alike = [name for name, cells in columns.items() if len({*cells}) == 1 and (name == "vehicle" or (once and rows[1:]))]
+        same = [f"{name} {columns[name][0]}" for name in alike if name != "vehicle" and columns[name][0] != "-"]
+        kept = {self.kind if name == "controller" else name: cells for name, cells in columns.items() if name not in alike}
+        said = [text] * bool(text) + [f"The same for all: {'; '.join(same)}."] * bool(same)
+        return [*kept], [[*row] for row in zip(*kept.values(), strict=True)] if len(kept) > 1 else [], " ".join(said)
 
     @property
     def vehicles(self) -> list[str]:

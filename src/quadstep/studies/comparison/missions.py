@@ -58,7 +58,7 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: ComparisonRun
             run.kept.note({str(beside / name): digest for name, digest in one.campaign.named.items()})
         flights, flown = fly(run, found_cells, seeds)
         about = Comparison(
-            name=" and ".join(names) if len(names) < 4 else f"{len(names)} missions",
+            name=listed(names) if len(names) < 4 else f"{len(names)} missions",
             source=", ".join(map(str, paths)),
             seeds=seeds,
             seed=1,

@@ -10,12 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from quadstep.report.axes import plain_decades
-from quadstep.report.canvas import drawing, wrapped, write
+from quadstep.report.canvas import drawing, write
 from quadstep.report.colours import COLOURS
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
 from quadstep.report.units import number, percent
-from quadstep.studies.comparison.answer import unit_of
+from quadstep.studies.comparison.answer import median, unit_of
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.words import LOST, interval_text, share_lost, situation_caption, title
@@ -40,7 +40,7 @@ def draw_vehicle(path: Path, results: Comparison, vehicle: str, sheet: Sheet) ->
     if len(results.controllers) > MANY:
         draw_heat(path, results, vehicle, sheet)
         return
-    situations = [one for one in results.situations if one.vehicle == vehicle]
+    situations = [one for one in results.ranked if one.vehicle == vehicle]
     group = A_CONTROLLER * len(results.controllers) + BETWEEN
     with drawing(sheet):
         metrics = list(results.metrics)[: sheet.side_by_side(2)]
@@ -48,9 +48,7 @@ def draw_vehicle(path: Path, results: Comparison, vehicle: str, sheet: Sheet) ->
         figure = Figure(figsize=(width, 0.9 + group * len(situations)), layout="constrained")
         for axes, metric in zip(figure.subplots(1, len(metrics), squeeze=False)[0], metrics, strict=True):
             draw_panel(axes, results, situations, metric, group)
-            lines = f": median with 95 % interval, line to the {results.high}" if results.spreads else ""
-            says = f"{title(results, metric)}{scaled(axes)}{lines}"
-            axes.set_xlabel(wrapped(says, 0.75 * width / len(metrics), rcParams["font.size"]))
+            axes.set_xlabel(f"{title(results, metric)}{scaled(axes)}")
         write(figure, path, sheet)
 
 
@@ -146,14 +144,14 @@ A_COLUMN, A_ROW = 0.66, 0.32
 
 def draw_heat(path: Path, results: Comparison, vehicle: str, sheet: Sheet) -> None:
     """Controllers, the palest on top; the darker a square, the farther from the best of its situation."""
-    situations = [one for one in results.situations if one.vehicle == vehicle]
+    situations = [one for one in results.ranked if one.vehicle == vehicle]
     cells = {(one.controller, one.situation): one for one in results.results if one.situation.vehicle == vehicle}
     unit = unit_of(results, results.metric)
-    best = [min(median(one, results.metric) for (_, place), one in cells.items() if place == where) for where in situations]
+    best = [min(median(results, one) for (_, place), one in cells.items() if place == where) for where in situations]
     known = {
         key: min(1.0, math.log(value / best[situations.index(key[1])]) / math.log(WORST))
         for key, one in cells.items()
-        if math.isfinite(value := median(one, results.metric))
+        if math.isfinite(value := median(results, one))
     }
     names = sorted(
         dict.fromkeys(name for name, _ in cells), key=lambda name: sum(known.get((name, where), 1.0) for where in situations)
@@ -184,11 +182,7 @@ def draw_heat(path: Path, results: Comparison, vehicle: str, sheet: Sheet) -> No
         write(figure, path, sheet)
 
 
-def median(one: SituationResult, metric: str) -> float:
-    return one.spreads[metric].median.value
-
-
 def square_text(one: SituationResult, metric: str, factor: float) -> str:
-    value = median(one, metric)
+    value = one.spreads[metric].median.value
     shown = number(factor * value) if math.isfinite(value) else LOST
     return f"{shown}\n{share_lost(one)}" if one.lost.value > 0.0 and shown != LOST else shown

@@ -198,14 +198,14 @@ def of_searches(first: str, second: str, one: CellFlights, other: CellFlights, m
 def pair(first: str, second: str, one: CellFlights, other: CellFlights, metric: str) -> Pair:
     """One pair, its p-values not yet corrected."""
     gap = differences(one.ranked(metric), other.ranked(metric))
-    both, ranks = ~one.lost & ~other.lost, rankdata(np.abs(gap))
+    apart, ranks = (one.metrics[metric] - other.metrics[metric])[~one.lost & ~other.lost], rankdata(np.abs(gap))
     wins, ties = int((gap < 0.0).sum()), int((gap == 0.0).sum())
     only_first, only_second = int((one.lost & ~other.lost).sum()), int((other.lost & ~one.lost).sum())
     discordant = only_first + only_second
     return Pair(
         first,
         second,
-        median_difference((one.metrics[metric] - other.metrics[metric])[both]),
+        quantile(apart, 0.5) if len(apart) else Estimate(math.nan, math.nan, math.nan),
         (wins + 0.5 * ties) / len(gap),
         float((np.sign(gap) * ranks).sum() / ranks.sum()),
         signed_ranks(gap),
@@ -243,11 +243,6 @@ def exact_signed_ranks(sizes: Floats, positive: Floats) -> float:
         chances = 0.5 * (np.pad(chances, (0, size)) + np.pad(chances, (size, 0)))
     far = abs(2 * int(2.0 * positive.sum()) - int(doubled.sum()))
     return min(1.0, float(chances[np.abs(2 * np.arange(len(chances)) - doubled.sum()) >= far].sum()))
-
-
-def median_difference(gap: Floats) -> Estimate:
-    """The median with its exact interval; unknown where there is no flight."""
-    return quantile(gap, 0.5) if len(gap) else Estimate(math.nan, math.nan, math.nan)
 
 
 def corrected(situations: Sequence[Ranked]) -> list[Ranked]:

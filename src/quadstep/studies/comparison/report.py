@@ -1,8 +1,8 @@
 """The files of a comparison: tables, figures, report, and the page on which the best fly the same flight."""
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -29,7 +29,6 @@ from quadstep.studies.comparison.jobs import Job
 from quadstep.studies.comparison.picture import MANY, draw_vehicle
 
 PAGE, SUMMARY = "page.html", "results.md"
-
 IN_SUMMARY = 3
 """Figures."""
 
@@ -50,17 +49,17 @@ def write_results(out: Path, results: Comparison, flights: Sequence[Job[StudyCel
 def write_ghosts(out: Path, results: Comparison, flights: Sequence[Job[StudyCell]]) -> tuple[list[tuple[str, str]], str]:
     """page.html; links into it with what they show, or why there is none."""
     try:
-        shown = ghosts(results, flights)
+        html, links = ghosts(results, flights)
     except UserError as error:
         return [], str(error)
-    (out / PAGE).write_text(shown.html, encoding="utf-8")
-    return [(f"{PAGE}#flight={flight}{f'&ghost={ghost}' if ghost else ''}", text) for flight, ghost, text in shown.flights], ""
+    (out / PAGE).write_text(html, encoding="utf-8")
+    return links, ""
 
 
 GAINS = (
     "Gains derived from the vehicle use the nominal vehicle, whatever a scenario changes. Instructions are those of the "
-    f"exported law's worst sample, all its loops due, in f32; {tables.TIMES} has the time of each law alone, as scalar code "
-    "on one core of this machine."
+    f"exported law's worst sample, all its loops due, in f32; memory is the state kept from sample to sample, numbers are the "
+    f"gains, both in f64; {tables.TIMES} has the time of each law alone, as scalar code on one core of this machine."
 )
 TUNED = "All tuned gains were found with the same flights, objective and budget, and evaluated on other flights."
 LOOPS = (
@@ -68,7 +67,7 @@ LOOPS = (
     "smallest margin over all channels. An estimator is left out, together with the fix latency that it compensates. "
     "`quadstep linear` gives details."
 )
-MEDIANS = "{} of {}; a lost flight ranks worse than any other.{}"
+MEDIANS = "{} of {}; a lost flight ranks worse than any other. In bold: best, or tied for best.{}"
 FAILING = "A disturbance is increased until flights fail, that is, are lost or exceed the error limit."
 RAISED = f"{FAILING} The last column is the share of an equal number of other flights that fail at the 50 % point."
 
@@ -86,22 +85,26 @@ def evidence(
     uncounted = words.not_counted(results)
     said = [*uncounted, *(one for one in (found, *others) if one not in problems), *results.left_out]
     many = len(results.controllers) > MANY
-    vehicles = [one.vehicle for one in results.situations]
+    vehicles = [one.vehicle for one in results.ranked]
     everywhere = {vehicle: " in every situation" if vehicles.count(vehicle) > 1 else "" for vehicle in pictures}
-    spread = f": median, to the {results.high}" if results.spreads else ""
+    spread = f": median with its 95 % interval, and a thin line to the {results.high}" if results.spreads and not many else ""
+    large = any(
+        one.spreads[results.metric].median.value > results.limits.get(one.situation, math.inf) for one in results.results
+    )
+    opened = " An open mark is a large error." * (large and results.metric == "position_rmse" and not many)
     better = "The paler" if many else "The farther left"
     drawn = [words.title(results, one) for one in list(results.metrics)[: 1 if many else 2]]
     whole = f"{listed([drawn[0][0].upper() + drawn[0][1:], *drawn[1:]])} of every {results.kind}"
     figures = {
         vehicle: Figure(
-            str(name), f"{whole}{everywhere[vehicle]}{f' on {vehicle}' if vehicle else ''}{spread}. {better}, the better."
+            str(name),
+            f"{whole}{everywhere[vehicle]}{f' on {vehicle}' if vehicle else ''}{spread}. {better}, the better.{opened}",
         )
         for vehicle, name in pictures.items()
     }
     shown = list(figures.values())[:IN_SUMMARY]
     sections: list[Section] = [
         markup.listing(others),
-        markup.paragraph(words.method(results)),
         *([markup.heading("Limitations", "limits"), markup.listing(results.limitations)] if results.limitations else []),
         markup.links(links, "See the best two fly under the same conditions:")
         if links
@@ -109,27 +112,33 @@ def evidence(
     ]
     for vehicle, figure in figures.items():
         text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), words.limit(results, vehicle))
+        text = f"{text[:1].upper()}{text[1:]}"
         title = f"{', '.join([vehicle, *filter(None, results.shared[1:])]) + ': ' if vehicle else ''}{words.measured(results)}"
-        label, ((corner, *names), rows) = vehicle or "Missions", tables.matrix(results, vehicle)
+        label, ((corner, *names), found_rows) = vehicle or "Missions", tables.matrix(results, vehicle)
+        lead = [leaders(results, one) for one in results.ranked if one.vehicle == vehicle]
+        cells: list[list[markup.Cell]] = [
+            [(cell, "best") if name in best else cell for name, cell in zip(names, row, strict=True)]
+            for (_, *row), best in zip(found_rows, lead, strict=True)
+        ]
+        places = [row[0] for row in found_rows]
         if many:  # controllers, who then have a row each
-            names, rows = [row[0] for row in rows], [list(one) for one in zip(names, *(row[1:] for row in rows), strict=True)]
+            names, places, cells = places, names, [[*one] for one in zip(*cells, strict=True)]
+        rows = [[place, *row] for place, row in zip(places, cells, strict=True)]
         sections.append(TableSection(label, identity(label, ()), (corner, *names), rows, text, shown=title))
         sections += [] if figure in shown else [figure]
     if results.linear:
-        rows, title = robustness.rows(results.linear), "Linear loop at rest, smallest margins over all channels"
-        sections.append(TableSection("Linear margins", "linear", *results.table(robustness.HEADER, rows), LOOPS, shown=title))
+        loops, title = robustness.rows(results.linear), "Linear loop at rest, smallest margins over all channels"
+        sections.append(TableSection("Linear margins", "linear", *results.table(robustness.HEADER, loops, LOOPS), shown=title))
         sections.append(markup.listing(robustness.unlinearised(results.linear)))
     if results.margins:
-        rows, title = tables.margin_rows(results), "Margins, 95 % intervals"
-        sections.append(TableSection("Margins", "margins", *results.table(tables.MARGIN_HEADER, rows), RAISED, shown=title))
+        points, title = tables.margin_rows(results), "Margins, 95 % intervals"
+        sections.append(TableSection("Margins", "margins", *results.table(tables.MARGIN_HEADER, points, RAISED), shown=title))
     tuned = [TUNED] * any(one.trained for one in results.entrants)
     gains, title = " ".join([*tuned, GAINS, *uncounted]), "Gains and cost"
-    costs = results.table(tables.WHO_HEADER, tables.who_rows(results))
-    sections.append(TableSection(title, "gains", *costs, gains, shown=title))
-    others_same = "; everything else is the same for all" if results.kind == "controller" else ""
-    differ = f"Other differences between the {results.kind}s{others_same}:"
+    costs = results.table(tables.WHO_HEADER, tables.who_rows(results), gains, once=True)
+    sections.append(TableSection(title, "gains", *costs, shown=title))
     differing = [[*(part or words.NOTHING for part in (one.vehicle, one.name, *one.differs))] for one in results.entrants]
-    sections.append(TableSection("", "", *results.table(tables.DIFFERS_HEADER, differing), differ))
+    sections.append(TableSection("", "", *results.table(tables.DIFFERS_HEADER, differing, once=True)))
     for vehicle in figures:
         label = vehicle or "missions"
         sections.append(
@@ -138,6 +147,7 @@ def evidence(
         effort = tables.effort_rows(results, vehicle)
         if any(cell not in markup.BLANK for row in effort for cell in row[2:]):
             sections.append(TableSection("", "", *results.table(tables.EFFORT_HEADER, effort)))
+    sections.append(TableSection("How it is judged", "method", text=words.method(results)))
     return Evidence(
         name=results.name,
         kind="Comparison",
@@ -148,7 +158,7 @@ def evidence(
         figures=shown,
         sections=sections,
         paper=tables.latex_tables(results),
-        fold=("linear", *(f"all-{identity(vehicle or 'missions', ())}" for vehicle in figures)),
+        fold=("linear", "method", *(f"all-{identity(vehicle or 'missions', ())}" for vehicle in figures)),
     )
 
 
@@ -161,7 +171,9 @@ def facts(results: Comparison) -> list[markup.Fact]:
         return [flown]
     lead, most = first(results)
     leads = markup.Fact(
-        "best or tied for best", several(lead) if lead else "none", f"in {most} of {len(results.ranked)} situations"
+        "best or tied for best",
+        several(lead) if lead else "none",
+        f"{'each ' * (len(lead) > 1)}in {most} of {len(results.ranked)} situations",
     )
     graded = [one.grade.grade is FlightGrade.AS_ASKED for one in results.results if one.grade]
     count = f"{sum(graded)} of {len(graded)}"
@@ -182,7 +194,7 @@ def facts(results: Comparison) -> list[markup.Fact]:
 
 def as_json(results: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str, object]:
     files = {job.subject.label: f"{job.kind}/{job.key}.parquet" for job in flights}
-    unit = results.metrics[results.metric].removeprefix(results.metric)
+    margin = "margin", "vehicle", "controller", "half", "few", "checked"
     return {
         "name": results.name,
         "version": __version__,
@@ -194,18 +206,20 @@ def as_json(results: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str,
         "cells": list(tables.cell_rows(results)),
         "pairs": list(tables.pair_rows(results)),
         "controllers": [
-            {"vehicle": one.vehicle, "controller": one.name, "gains": one.origin, "tuned": trained and trained._asdict()}
-            for one, trained in ((one, one.trained) for one in results.entrants)
+            {
+                "vehicle": one.vehicle,
+                "controller": one.name,
+                "gains": one.origin,
+                "tuned": one.trained and one.trained._asdict(),
+            }
+            for one in results.entrants
         ],
-        "margins": [
-            {"margin": row[0], "vehicle": row[1], "controller": row[2], "half": row[3], "few": row[4], "checked": row[5]}
-            for row in tables.margin_rows(results)
-        ],
+        "margins": [dict(zip(margin, row, strict=True)) for row in tables.margin_rows(results)],
         "linear": [
             {"vehicle": vehicle, "controller": controller, "grade": one.grade, "why": one.why, **one.metrics}
             for (vehicle, controller), one in results.linear.items()
         ],
-        "difference_unit": unit,
+        "difference_unit": results.metrics[results.metric].removeprefix(results.metric),
         "flights": files,
         "problems": [one.line for one in results.problems],
         "left_out": list(results.left_out),
@@ -223,9 +237,9 @@ def markdown(results: Comparison, found: Evidence) -> str:
         folded = one.anchor in found.fold if one.title else folded
         if folded:
             continue
-        rows = [[cell if isinstance(cell, str) else cell[0] for cell in row] for row in one.rows]
+        rows = [[cell if isinstance(cell, str) else f"**{cell[0]}**" for cell in row] for row in one.rows]
         parts += [*([f"## {one.title}"] if one.title else []), *([one.text] if one.text else [])]
-        parts.append(markdown_table(one.header, rows))
+        parts += [markdown_table(one.header, rows)] if rows else []
     return "\n\n".join([*parts, words.method(results)]) + "\n"
 
 
@@ -236,19 +250,12 @@ def bullets(lines: Sequence[str]) -> str:
 MOST_RIVALS = 3
 
 
-class Shown(NamedTuple):
-    """A page. flights: id of each, and of the ghost that is best shown beside it."""
-
-    html: str
-    flights: tuple[tuple[str, str, str], ...]
-
-
-def ghosts(results: Comparison, flights: Sequence[Job[StudyCell]]) -> Shown:
-    """The page, and what it shows: for each vehicle the situation that is hardest for the best, and in it the best that can be
-    flown again without an autopilot. Raises UserError.
+def ghosts(results: Comparison, flights: Sequence[Job[StudyCell]]) -> tuple[str, list[tuple[str, str]]]:
+    """The page, and links into it with what they show: for each vehicle the situation that is hardest for the best, and in it
+    the best that can be flown again without an autopilot. Raises UserError.
     """
     shown: list[ShownFlight] = []
-    links: list[tuple[str, str, str]] = []
+    links: list[tuple[str, str]] = []
     for vehicle in results.vehicles:
         situation = hardest(results, vehicle)
         lead = leaders(results, situation)
@@ -263,21 +270,17 @@ def ghosts(results: Comparison, flights: Sequence[Job[StudyCell]]) -> Shown:
         )
         shown.append(one)
         text = " and ".join(names[:2])
-        text = f"{situation.label}: {text}" if situation.label else text
-        links.append((one.id, identity(names[1], ()) if len(names) > 1 else "", text))
+        ghost = f"&ghost={identity(names[1], ())}" if names[1:] else ""
+        links.append((f"{PAGE}#flight={one.id}{ghost}", f"{situation.label}: {text}" if situation.label else text))
     if not shown:
         raise UserError("flights of an autopilot cannot be shown without it")
-    return Shown(build_page(results.name, (), shown), tuple(links))
+    return build_page(results.name, (), shown), links
 
 
 def hardest(results: Comparison, vehicle: str) -> Situation:
     """The situation of a vehicle whose best controller has the largest median error that is known."""
-
-    def difficulty(situation: Situation) -> float:
-        medians = [one.spreads[results.metric].median.value for one in results.of(situation)]
-        return min(medians) if np.isfinite(min(medians)) else -1.0
-
-    return max((one for one in results.situations if one.vehicle == vehicle), key=difficulty)
+    least = {one: min(median(results, cell) for cell in results.of(one)) for one in results.ranked if one.vehicle == vehicle}
+    return max(least, key=lambda one: least[one] if np.isfinite(least[one]) else -1.0)
 
 
 def fly_side_by_side(

@@ -84,6 +84,8 @@ class ComparisonRun:
 
     def work(self, what: str, jobs: Sequence[Job[object]]) -> None:
         """Do these, but for what is kept; those that want the machine to themselves one after the other, after all others."""
+        if not jobs:
+            return
         counted = any(job.flights for job in jobs)
         self.how.progress.doing(what, "flights" if counted else "jobs")
 

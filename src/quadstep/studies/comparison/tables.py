@@ -82,7 +82,7 @@ def matrix(results: Comparison, vehicle: str) -> tuple[list[str], list[list[str]
     """Header and rows: situations of a vehicle by controller."""
     names = list(dict.fromkeys(one.controller for one in results.results if one.situation.vehicle == vehicle))
     rows = []
-    for situation in results.situations:
+    for situation in results.ranked:
         if situation.vehicle == vehicle:
             there = {one.controller: short(results, one) for one in results.of(situation)}
             rows.append([results.place(situation) or "the missions", *(there.get(name, NOTHING) for name in names)])
@@ -177,7 +177,7 @@ def latex_tables(results: Comparison) -> str:
     tables = []
     for vehicle in results.vehicles:
         header, rows = matrix(results, vehicle)
-        there = [one for one in results.situations if one.vehicle == vehicle]
+        there = [one for one in results.ranked if one.vehicle == vehicle]
         bold = [(0, i, header.index(name)) for i, situation in enumerate(there) for name in leaders(results, situation)]
         text = f"{results.name}: {measured(results)}, {counted(results.seeds, 'flight')} per cell"
         loops = [[name, *(loop_cell(results, vehicle, one, value) for one in header[1:])] for name, value in LOOP]

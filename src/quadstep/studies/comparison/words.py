@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from quadstep.linear.grade import WORST_FIRST
 from quadstep.metrics.registry import at_rest
 from quadstep.metrics.statistics import Estimate
+from quadstep.metrics.verdict import RULES
 from quadstep.report.units import counted, listed, metric, number, percent, prose
 from quadstep.studies.comparison.answer import (
     MOST_NAMED,
@@ -39,7 +40,8 @@ METHOD = (
     "flights, by McNemar's exact test; the p-values of all pairs in all situations get Holm's correction, so that the chance "
     "of any false decision is at most 5 %. A {} is better than another if Wilcoxon's test decides for it, its median is no "
     "larger, McNemar's test does not decide against it, and the difference is at least 0.1 %. It is best if it is better than "
-    "all others; those that none is better than are tied for best. Decisions hold for these gains, vehicles and paths."
+    "all others; those that none is better than are tied for best, which does not show that they are equal. Decisions hold "
+    "for these gains, vehicles and paths."
 )
 
 
@@ -55,9 +57,10 @@ def limit(results: Comparison, vehicle: str) -> str:
         place: one for place, one in results.limits.items() if place.vehicle == vehicle and results.metric == "position_rmse"
     }
     texts = {place: unit_of(results, results.metric).text(one) for place, one in known.items()}
-    if len(set(texts.values())) > 1:
-        return f" Errors are large above {listed([f'{text} in {results.place(place)}' for place, text in texts.items()])}."
-    return f" Errors are large above {next(iter(texts.values()))}." if texts else ""
+    each = [f"{text} in {results.place(place)}" for place, text in texts.items()]
+    above = listed(each if len(set(texts.values())) > 1 else [*texts.values()][:1])
+    size = f"{percent(RULES[0].most)} of that of a vehicle that never leaves its start"
+    return f" An error is large above {above}: {size}." if texts else ""
 
 
 def situation_caption(results: Comparison, situation: Situation) -> str:
@@ -79,12 +82,9 @@ def measured(results: Comparison) -> str:
 
 def interval_text(estimate: Estimate, factor: float = 1.0) -> str:
     """A number with its interval; what is infinite is lost, an end for which there are too few flights a dash."""
-    value, low, high = (one * factor for one in estimate)
-    if not math.isfinite(value):
-        return LOST if value > 0.0 else NOTHING
-    if low == value == high:
-        return number(value)
-    return f"{number(value)} [{end(low)}, {end(high)}]"
+    text, low, high = (end(one * factor) for one in estimate)
+    alone = not math.isfinite(estimate.value) or estimate.low == estimate.value == estimate.high
+    return text if alone else f"{text} [{low}, {high}]"
 
 
 def end(value: float) -> str:
