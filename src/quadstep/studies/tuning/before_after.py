@@ -38,7 +38,7 @@ def picture(
         return None
     begin, many = ground.asked.mission.scored_from, len(flown[0].ended) > 1
     which = "Of the unseen flights, the one with the median error with the current gains" if many else "The one flight"
-    grey = f" Grey: before {begin:g} s, where errors do not count." * (begin > 0.0)
+    shaded = f" Shaded: before {begin:g} s, where errors do not count." * (begin > 0.0)
     first, last = (
         f"lost at {one.ended:.4g} s"
         if one.outcome is not Outcome.COMPLETED
@@ -48,4 +48,4 @@ def picture(
     last = last.removeprefix(RMSE) if first.startswith(RMSE) else last
     track = replace(track_of(after, begin), before=track_of(before, begin))
     longer = max((before, after), key=lambda one: len(one.rows)).column("t")
-    return FigureJob(PICTURE, f"{which}: {first} with them, {last} with the tuned ones.{grey}", longer, [], track=track)
+    return FigureJob(PICTURE, f"{which}: {first} with them, {last} with the tuned ones.{shaded}", longer, [], track=track)
