@@ -176,7 +176,7 @@ def test_values_of_a_choice_are_told_apart_numbers_in_order_others_by_frequency(
     assert found.options == ("5", "10", "20")
     assert found.values.tolist() == [2, 0, 1, 0]
     found = varied(column([True, False, True, True]), choice)
-    assert (found.options, found.values.tolist()) == (("true", "false"), [0, 1, 0, 0])
+    assert (found.options, found.values.tolist()) == (("on", "off"), [0, 1, 0, 0])
     found = varied(column(['{"type": "pid"}', '{"type": "lqr"}', '{"type": "lqr"}']), choice)
     assert (found.options, found.values.tolist()) == (("lqr", "pid"), [1, 0, 0])
     assert not found.parts.ordered
@@ -222,8 +222,8 @@ def test_ranges_of_few_flights_are_joined_with_the_next():
 def test_tables_are_named_by_what_tells_them_apart():
     assert texts_of(['{"type": "pid", "mass": 2.0}', '{"type": "lqr", "mass": 2.0}']) == ["pid", "lqr"]
     assert texts_of(['{"type": "b", "nets": {"enabled": true}}', '{"type": "b", "nets": {"enabled": false}}']) == [
-        "nets enabled = true",
-        "nets enabled = false",
+        "nets enabled = on",
+        "nets enabled = off",
     ]
     assert texts_of(['{"type": "b"}']) == ["b"]
     assert texts_of(["[1.0, 2.0]", "[1.0, 3.0]", '"x"']) == ["[1, 2]", "[1, 3]", '"x"']
@@ -246,5 +246,5 @@ def test_the_key_that_matters_most_is_named_only_where_its_interval_clears_the_o
     assert "the largest share" not in open_
     assert "Only nets is significant, with 4.8 %; the rest" in open_
     clear = said({**keys, mass: Estimate(0.4, 0.23, 0.5)})
-    assert "Of failure, vehicle mass explains the largest share: 40.0 [23.0, 50.0] % of the variance." in clear
+    assert "Of the variance of failure, 40.0 [23.0, 50.0] % is explained by vehicle mass, the largest share." in clear
     assert "the 2 significant keys together explain 44.8 %" in clear

@@ -5,6 +5,7 @@ import re
 import numpy as np
 from scipy.stats import hypergeom
 
+from quadstep.studies.campaign.report_text import of_key
 from quadstep.studies.campaign.sensitivity import FlightParts, parts_of
 from quadstep.studies.campaign.splits import findings, splits, unlikely
 from quadstep.studies.campaign.varied import VariedKey
@@ -17,7 +18,7 @@ def drawn(random, flights):
     values = {"vehicle.mass": random.normal(1.0, 0.1, flights), "wind.mean.0": random.normal(6.0, 2.0, flights)}
     nets = random.integers(0, 2, flights)
     columns = {key: VariedKey(one, None, parts_of(one)) for key, one in values.items()}
-    columns["controller.nets.enabled"] = VariedKey(nets, ("true", "false"), FlightParts(nets, 2, False))
+    columns["controller.nets.enabled"] = VariedKey(nets, ("on", "off"), FlightParts(nets, 2, False))
     return columns
 
 
@@ -63,6 +64,26 @@ def test_the_counts_that_are_told_are_those_of_the_flights():
                 assert (int(hit), int(size)) == ((failed & part & where).sum(), (part & where).sum()), one
             seen.add((key, one.startswith("With")))
     assert seen == {("mean wind along x", False), ("nets", False), ("vehicle mass", True)}
+
+
+def test_a_finding_has_the_keys_that_it_is_of_also_where_the_words_of_one_key_are_in_those_of_another():
+    random = np.random.default_rng(6)
+    columns = drawn(random, 2000)
+    columns = {
+        "vehicle.motor": columns["vehicle.mass"],
+        "vehicle.motor.lag": columns["wind.mean.0"],
+        "vehicle.motor.on": [*columns.values()][2],
+    }
+    lag, on = columns["vehicle.motor.lag"].values, columns["vehicle.motor.on"].values == 0
+    late = findings(lag > 8.0, {"lost flights": lag > 8.0}, columns, dict.fromkeys(columns, ""))
+    assert {*late.values()} == {("vehicle.motor.lag",), ()}
+    assert of_key(late, "vehicle.motor.lag") == [*late][:-1]
+    assert not of_key(late, "vehicle.motor")
+    both = findings(on & (lag > 8.0), {}, columns, dict.fromkeys(columns, ""))
+    assert ("vehicle.motor.lag", "vehicle.motor.on") in both.values()
+    assert all(
+        one.startswith("How many flights fail varies with vehicle motor on") for one in of_key(both, "vehicle.motor.on")
+    )
 
 
 def test_a_key_that_is_worst_at_both_ends_is_told_by_its_distance_from_the_missions_value():

@@ -74,12 +74,19 @@ def test_shares_outcomes_and_quantiles_by_hand():
 
 
 def test_the_worst_are_those_that_ended_first_then_those_farthest_off_then_the_lower_number():
-    assert [one.flight for one in summarise(Made(TABLE)).worst] == [6, 8, 5, 3, 1]
+    assert [one.flight for one in summarise(Made(TABLE)).worst] == [6, 8, 5, 3, 2]
     some = [through(0.1, 5.0), through(0.3, 5.0), lost(3.0, 0.1, 0.2), through(0.1, 7.0), through(0.0, 0.0), through(0.2, 5.0)]
     worst = summarise(Made(some)).worst
     assert [one.flight for one in worst] == [2, 3, 0, 1, 5]
     assert [one.time for one in worst] == [3.0, None, None, None, None]
-    assert worst[0]._asdict() == {"flight": 2, "outcome": "off-path", "time": 3.0, "rmse": 0.1, "largest": 0.2}
+    assert worst[0]._asdict() == {
+        "flight": 2,
+        "outcome": "off-path",
+        "time": 3.0,
+        "rmse": 0.1,
+        "largest": 0.2,
+        "success": False,
+    }
 
 
 @pytest.mark.parametrize("chunks", [1, 3, 10])
@@ -101,6 +108,8 @@ def test_worst_flights_that_tie_are_those_of_the_lowest_numbers_in_any_table():
 def test_flights_that_failed_come_before_those_that_went_farther_and_succeeded():
     some = [through(0.1, 9.0), through(0.2, 1.0, False), through(0.1, 8.0), lost(3.0, 0.1, 0.2), through(0.2, 2.0, False)]
     assert [one.flight for one in summarise(Made(some)).worst] == [3, 4, 1, 0, 2]
+    many = [*some, *(lost(1.0, 0.1, 0.2) for _ in range(9))]
+    assert [one.flight for one in summarise(Made(many)).worst] == [5, 6, 7, 4, 1], "lost ones do not hide those above a limit"
 
 
 def test_fewer_flights_than_worst():
@@ -210,7 +219,7 @@ def test_the_manifest_has_the_same_numbers():
     assert written["success"] == found.success._asdict()
     assert written["outcomes"] == found.outcomes
     assert written["quantiles"][RMSE]["0.5"]["value"] == found.spreads[0].quantiles[0.5].value
-    assert [one["flight"] for one in written["worst"]] == [6, 8, 5, 3, 1]
+    assert [one["flight"] for one in written["worst"]] == [6, 8, 5, 3, 2]
 
 
 @pytest.mark.parametrize("chunks", [1, 2])

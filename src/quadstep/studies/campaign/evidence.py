@@ -10,6 +10,7 @@ from quadstep.metrics.verdict import Case
 from quadstep.report.evidence import Evidence, TableSection
 from quadstep.studies.campaign import run
 from quadstep.studies.campaign.planner import is_random
+from quadstep.studies.campaign.report_text import length, outcome_of
 from quadstep.studies.campaign.run import FinishedCampaign
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.single_flight import replay_command
@@ -38,7 +39,7 @@ def nothing_shown(file: Path, option: str, grid: bool) -> UserError:
     )
 
 
-WORST = ("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]")
+WORST = ("flight", "outcome", "ended [s]", "RMSE", "largest error")
 
 
 def evidence(
@@ -62,7 +63,13 @@ def evidence(
         **({"until": run.decided_as_json(decided)} if decided else {}),
     }
     rows = [
-        (str(one.flight), one.outcome, *("-" if x is None else f"{x:.4g}" for x in (one.time, one.rmse, one.largest)))
+        (
+            str(one.flight),
+            outcome_of(one),
+            "–" if one.time is None else f"{one.time:.4g}",
+            length(one.rmse),
+            length(one.largest),
+        )
         for one in summary.worst
     ]
     found, decision = sentences(summary), [summary.decision] * bool(summary.decision)

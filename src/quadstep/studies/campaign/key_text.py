@@ -1,5 +1,6 @@
 """What a campaign's report says of its keys: how much each explains, and how flights do over it."""
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from html import escape
 
@@ -37,8 +38,8 @@ def ranking(
         clear = {key: one for key, one in shares.items() if (key in named if name == FAILURE else certain(one, len(shares)))}
         key, *rest = sorted(shares, key=lambda key: -shares[key].value)
         if key in clear and (not rest or shares[key].low > max(shares[one].high for one in rest)):
-            most = "the largest share: " if rest else ""
-            line = f"Of {name}, {words(key)} explains {most}{percent(shares[key])} % of the variance."
+            most = ", the largest share" * bool(rest)
+            line = f"Of the variance of {name}, {percent(shares[key])} % is explained by {words(key)}{most}."
         elif clear:
             line = f"It is not decided which key matters most for {name}: the largest estimate is that of {words(key)}, "
             line += f"{percent(shares[key])} % of the variance."
@@ -54,7 +55,7 @@ def ranking(
             line += f" {known}; the rest is due to the others, interactions and noise."
         if pair and certain(pair.share, pair.pairs):
             line += (
-                f" {units.listed([*map(words, pair.keys)])} together explain {percent(pair.share)} % more than each does alone"
+                f" Together, {units.listed([*map(words, pair.keys)])} explain {percent(pair.share)} % beyond their own shares"
                 f"{f' (the strongest of {pair.pairs} pairs)' if pair.pairs > 1 else ''}."
             )
         lines.append(line)
@@ -97,7 +98,7 @@ def over_key(key: str, said: Sequence[str], bins: Bins, lines: Mapping[str, ByKe
         if len(shown.errors) > 1:
             order = sorted((float(some[1]), place) for place, some in shown.errors.items())
             least, most = (
-                f"{units.quantity(error, 'm')} {group(key, bins, place, unit)}" for error, place in (order[0], order[-1])
+                f"{units.quantity(error, 'm')} ({group(key, bins, place, unit)})" for error, place in (order[0], order[-1])
             )
             which = f"that complete{' with ' * bool(what)}{what}"
             found += f" Of those {which}, the median RMSE is between {least} and {most}."
@@ -117,4 +118,7 @@ def extremes(key: str, bins: Bins, lines: Mapping[str, ByKey], unit: str) -> str
 def group(key: str, bins: Bins, place: int, unit: str) -> str:
     if bins.edges is None:
         return f"with {with_option(key, bins.labels[place])}"
-    return units.numerals(f"from {bins.edges[place]:.3g} to {bins.edges[place + 1]:.3g} {unit}".rstrip(" -"))
+    low, high = bins.edges[place : place + 2].tolist()
+    digits = 1 - math.floor(math.log10((high - low) or 1.0))
+    said = [f"{round(end, digits) + 0.0:.10g}" for end in (low, high)]
+    return units.numerals(f"from {said[0]} to {said[1]} {unit}".rstrip(" -"))

@@ -25,6 +25,9 @@ FILL: dict[str, Any] = {"color": LINE, "alpha": 0.35}
 PLACES = 60
 """Most bars of a histogram."""
 
+NEAR = 3.0
+"""Times the largest value, up to which a limit is drawn among the values."""
+
 POINTS = 300
 """Of a curve."""
 
@@ -94,14 +97,23 @@ def draw_metric(above: Axes, below: Axes, metric: PlottedMetric, flights: int) -
     for axes in (above, below):
         if log:
             logarithmic(axes)
-        if limit is not None and limit <= 3.0 * high:
+        if limit is not None and limit <= NEAR * high:
             axes.axvline(limit, color=LIMIT, linestyle="--", linewidth=1.4)
-    if limit is not None and limit <= 3.0 * high:
-        label_right_of(above, "failed", (limit, 0.97), above.get_xaxis_transform(), color=LIMIT, va="top")
+    if limit is not None:
+        mark_limit(above, limit, unit, limit <= NEAR * high)
     above.set_title(f"{count} completed")
     if not log:
         below.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
     below.set_xlabel(words if unit == "-" else f"{words} [{unit}]")
+
+
+def mark_limit(axes: Axes, limit: float, unit: str, seen: bool) -> None:
+    """Name a limit along x beside its line; if that is too far right to be seen, at the edge."""
+    said = f"limit {units.quantity(limit, unit)}"
+    if seen:
+        label_right_of(axes, said, (limit, 0.97), axes.get_xaxis_transform(), color=LIMIT, va="top")
+    else:
+        axes.text(0.99, 0.97, f"{said} →", transform=axes.transAxes, color=LIMIT, ha="right", va="top", bbox=CLEAR)
 
 
 def label_right_of(axes: Axes, text: str, place: tuple[float, float], within: object, **looks: str) -> None:
@@ -203,15 +215,16 @@ def draw_key(path: Path, key: str, bins: Bins, lines: Mapping[str, ByKey], sheet
         below = 0.55 + (
             0.05 * max(map(len, labels)) if crowded else 0.16 * max((one.count("\n") for one in labels), default=0)
         )
-        height = 2.0 + below
+        above = 0.6 if len(lines) > 1 else 0.3
+        height = 1.7 + above + below
         size = COLUMN, height, 0.8 * height * 2 / columns
-        figure = new_figure(sheet, size, 0.075, below / height, 0.985, 1.0 - 0.3 / height, 0.2)
+        figure = new_figure(sheet, size, 0.075, below / height, 0.985, 1.0 - above / height, 0.2)
         axes = figure.subplots(2 // columns, columns, squeeze=False).ravel()
         success, errors = axes
         draw_success(success, bins, {what: shown.good for what, shown in lines.items()})
         draw_errors(errors, bins, {what: shown.errors for what, shown in lines.items()})
         if len(lines) > 1:
-            success.legend(loc="best")
+            figure.legend(*success.get_legend_handles_labels(), loc="upper left", ncols=len(lines))  # hides no interval
         for one in axes:
             if bins.edges is not None and bins.edges[0] < bins.edges[-1]:
                 one.set_xlim(bins.edges[0], bins.edges[-1])

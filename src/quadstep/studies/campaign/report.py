@@ -40,10 +40,10 @@ from quadstep.studies.campaign.sensitivity import (
     strongest_interaction,
 )
 from quadstep.studies.campaign.single import MOST_POINTS, FlownAgain, draw_points, flown_again, others, write_flights
-from quadstep.studies.campaign.splits import few_values, named_in, values_of
+from quadstep.studies.campaign.splits import few_values, values_of
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import CampaignSummary
-from quadstep.studies.campaign.varied import VariedKey, bins, varied_keys
+from quadstep.studies.campaign.varied import VariedKey, bins
 from quadstep.studies.flight_report import errors_since
 
 GLANCE: Mapping[str, Callable[[CampaignSummary], str]] = {
@@ -77,8 +77,11 @@ class RankedKeys(NamedTuple):
     sentence: str = ""
 
 
+Columns = Mapping[str, VariedKey]
+
+
 class ReportSubject(NamedTuple):
-    """What a report is of. path: of the campaign file, as given. out: a folder for its figures."""
+    """What a report is of. path: of the campaign file, as given. out: a folder for its figures. columns: its keys."""
 
     store: Store
     campaign: Campaign
@@ -86,17 +89,20 @@ class ReportSubject(NamedTuple):
     path: Path
     out: Path
     sheet: Sheet
+    columns: Columns
 
     @property
     def folder(self) -> Path:
         return self.out / FIGURES
 
 
-def write_report(store: Store, campaign: Campaign, summary: CampaignSummary, path: Path, sheet: Sheet = SCREEN) -> None:
-    """Write report.html, its figures and the table. path: of the campaign file, as given. Raises UserError."""
+def write_report(
+    store: Store, campaign: Campaign, summary: CampaignSummary, path: Path, columns: Columns, sheet: Sheet = SCREEN
+) -> None:
+    """Write report.html, its figures and the table. path, columns: as in `ReportSubject`. Raises UserError."""
 
     def write(out: Path) -> None:
-        evidence(ReportSubject(store, campaign, summary, path, out, sheet.with_svg())).write_report(out)
+        evidence(ReportSubject(store, campaign, summary, path, out, sheet.with_svg(), columns)).write_report(out)
 
     store.report(write)
 
@@ -112,11 +118,10 @@ def evidence(of: ReportSubject) -> Evidence:
     mission, keys, logs = of.campaign.mission, of.campaign.file.keys, [one.log for one in again.values() if one.log]
     begun = from_the_start(mission, keys, lambda key: number(of.store.read([key])[key]), number(flown[LARGEST]), through)
     begun = begun or text.soon_after(logs, mission)
-    columns = varied_keys(of.store, of.campaign.file)
     sections = [
         *distribution_section(of, flown, through),
         *([TableSection(text=begun)] if begun else []),
-        *key_sections(of, columns, rmse, success),
+        *key_sections(of, rmse, success),
         *worst_section(of, flown, again),
         *text.opening(of.store, of.campaign, summary, of.path),
         *text.closing(summary.statistical),
@@ -194,11 +199,9 @@ def limits_of(campaign: Campaign) -> dict[str, float]:
     return {campaign.thresholds[name]: limit for name, limit in campaign.file.failure.items()}
 
 
-def key_sections(
-    of: ReportSubject, columns: Mapping[str, VariedKey], rmse: NDArray[np.float64], success: NDArray[np.bool_]
-) -> list[Section]:
+def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[np.bool_]) -> list[Section]:
     """What the result depends on: the ranking, then key by key."""
-    campaign = of.campaign
+    campaign, columns, findings = of.campaign, of.columns, of.summary.findings
     keys = campaign.file.keys
     if not keys:
         what = "Nothing" if of.summary.copies else "Only the noise"
@@ -212,7 +215,7 @@ def key_sections(
     if sum(map(len, ranking.values())) >= FEWEST_BARS:
         first = {label(campaign.mission, key): ranking[key] for key in list(ranking)[: 2 * MOST_PICTURES]}
         draw_ranking(of.folder / "ranking", first, of.sheet)
-    named = {key: said for key in keys if (said := named_in(of.summary.findings, key))}
+    named = {key for about in findings.values() for key in about}
     body += key_text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()}, named)
     body.append(key_text.keys(len(keys), MOST_PICTURES))
     others: list[Figure] = []
@@ -220,14 +223,16 @@ def key_sections(
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
         cut = bins(columns[key], campaign.file.vary.get(key))
         name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
-        apart = next((other for other in ranking if other in {*named, *clear} - {key} and few_values(columns[other])), None)
+        apart = next((other for other in ranking if other in (named | clear) - {key} and few_values(columns[other])), None)
         lines = {what: by_key(cut, success, rmse, where) for what, where in values_of(apart, columns, len(success)).items()}
         draw_key(of.folder / name, label(campaign.mission, key), cut, lines, of.sheet)
         name_of_unit = unit(campaign.mission, key)
-        told = named.get(key) or ([] if of.summary.statistical else [key_text.extremes(key, cut, lines, name_of_unit)])
+        told = text.of_key(findings, key)
+        if not (told or of.summary.statistical):
+            told = [key_text.extremes(key, cut, lines, name_of_unit)]
         median = key in clear or not of.summary.statistical
         caption = key_text.over_key(key, told, cut, lines if median else {}, name_of_unit)
-        (body if len(keys) == 1 or key in {*named, *clear} else others).append(figure(name, caption))
+        (body if len(keys) == 1 or key in named | clear else others).append(figure(name, caption))
     rest = "".join(one.html(of.out) for one in others)
     return [*body, *([markup.disclosure("Keys that make no significant difference", rest)] if rest else [])]
 
@@ -277,7 +282,7 @@ def worst_section(of: ReportSubject, flown: pa.Table, again: Mapping[int, FlownA
         for one in worst
     ]
     begin, since = of.campaign.mission.scored_from, errors_since(of.campaign.mission)
-    told = {one: text.outcome_of(one, flown[SUCCESS][one.flight].as_py()) for one in summary.worst}
+    told = {one: text.outcome_of(one) for one in summary.worst}
     body += text.worst(told, values, since, of.path, of.store.folder)
     pictures: list[Section] = []
     for one, outcome in told.items():

@@ -22,7 +22,7 @@ from quadstep.studies.campaign.planner import SINGLY
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.single_flight import replay_command
 from quadstep.studies.campaign.store import Store
-from quadstep.studies.campaign.summary import FEW, QUANTILES, CampaignSummary, WorstFlight, sentences, within
+from quadstep.studies.campaign.summary import FEW, QUANTILES, CampaignSummary, WorstFlight, within
 from quadstep.studies.campaign.varied import text_of, variation_text
 
 DIGITS = 4
@@ -40,10 +40,9 @@ def answer(summary: CampaignSummary) -> str:
 
 
 def facts(summary: CampaignSummary) -> list[markup.Fact]:
-    good, low, high = summary.success
     if not summary.statistical:
-        return [markup.Fact("succeed", units.percent(good)), *medians_only(summary)]
-    found = [markup.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}")]
+        return medians_only(summary)
+    found = []
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
         share, one = list(spread.quantiles.items())[-1]
@@ -86,7 +85,6 @@ def opening(store: Store, campaign: Campaign, summary: CampaignSummary, path: Pa
     varied = [(label(campaign.mission, key), key, variation_text(file, key)) for key in file.keys]
     return [
         TableSection("Campaign settings", "flown"),
-        *paragraphs(sentences(summary)),
         TableSection(header=("", ""), rows=rows, set_as=escape),
         TableSection(header=("what varies", "key", "how"), rows=varied, set_as=escape),
         markup.verbatim(campaign.text, f"campaign file {path.name}"),
@@ -120,8 +118,8 @@ def ended(summary: CampaignSummary) -> dict[str, int]:
 
 def most_often(summary: CampaignSummary) -> str:
     """What to see of how the flights ended."""
-    early = " The other panel shows when flights were lost." if summary.outcomes.keys() - {OUTCOMES[0]} else ""
-    return f"{ended(summary)[SUCCEEDED]} of {units.counted(summary.flights, 'flight')} succeeded.{early}"
+    early = "; the other panel shows when flights were lost" if summary.outcomes.keys() - {OUTCOMES[0]} else ""
+    return f"How the {units.counted(summary.flights, 'flight')} ended{early}."
 
 
 def medians(summary: CampaignSummary) -> str:
@@ -133,7 +131,7 @@ def medians(summary: CampaignSummary) -> str:
     ]
     early = ", lost ones included," * bool(summary.outcomes.keys() - {OUTCOMES[0]})
     said = f"Above: number of flights by error; below: share of all flights{early} whose error is larger."
-    return f"H{units.listed(half)[1:]}. {said}{' A dashed line is a limit.' * ('limit' in summary.meaning)}"
+    return f"H{units.listed(half)[1:]}. {said}"
 
 
 def outcomes(summary: CampaignSummary) -> TableSection:
@@ -143,6 +141,12 @@ def outcomes(summary: CampaignSummary) -> TableSection:
     if summary.statistical:
         rows = [(name, str(count), percent(share_of(summary, count))) for name, count in counts.items()]
     return TableSection("How the flights ended", "outcomes", header if summary.statistical else header[:2], rows)
+
+
+def of_key(findings: Mapping[str, tuple[str, ...]], key: str) -> list[str]:
+    """The findings of a key; if there is none, those that name it."""
+    own = [one for one, about in findings.items() if about[:1] == (key,)]
+    return own or [one for one, about in findings.items() if key in about]
 
 
 def share_of(summary: CampaignSummary, count: int) -> Estimate:
@@ -232,7 +236,7 @@ def worst(
         [f"largest error{since}", *(length(one.largest) for one in flights)],
         *([name, *(text_of(drawn[name], DIGITS) if name in drawn else "–" for drawn in values)] for name in names),
     ]
-    first = "Lost flights first (earliest first), then those above a limit, then the rest (largest error first)."
+    first = "Lost flights, the earliest first; then those above a limit, then the rest, each by their largest error."
     return [
         TableSection("The worst flights", "worst", text=first),
         TableSection(header=("flight", *(str(one.flight) for one in flights)), rows=rows, set_as=escape),
@@ -249,8 +253,8 @@ def length(value: float | None) -> str:
     return "–" if value is None else units.quantity(value, "m", DIGITS)
 
 
-def outcome_of(one: WorstFlight, good: bool) -> str:
-    return lost(one.outcome) if one.outcome != OUTCOMES[0] else SUCCEEDED if good else ABOVE
+def outcome_of(one: WorstFlight) -> str:
+    return lost(one.outcome) if one.outcome != OUTCOMES[0] else SUCCEEDED if one.success else ABOVE
 
 
 def of_flight(one: WorstFlight, outcome: str, since: str) -> str:
@@ -275,7 +279,9 @@ def differing(one: WorstFlight, log: FlightLog, campaign: Campaign) -> str:
 INTERVALS = (
     "Intervals are at 95 %. Shares of flights: exact (Clopper and Pearson 1934). Quantiles: between order statistics, "
     "distribution-free (Conover 1999). Indices: from the flights, grouped by similar values (Plischke, Borgonovo, Smith "
-    "2013), minus the share expected by chance for that many groups; intervals by bootstrap over the flights. An interval "
+    "2013), minus the share expected by chance for that many groups; intervals by bootstrap over the flights. Where a range "
+    "of a key is said to have more failures, its ends were chosen after the flights: that it has more is no chance, but the "
+    "interval of its share does not allow for that choice, and the share in new flights may be less extreme. An interval "
     "says how certain a number is if the keys vary as they did here; whether they do is for you to judge."
 )
 FILES = (

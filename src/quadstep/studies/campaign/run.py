@@ -31,6 +31,7 @@ from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.splits import failures_go_with
 from quadstep.studies.campaign.store import Store, opened
 from quadstep.studies.campaign.summary import CampaignSummary, as_json, summarise
+from quadstep.studies.campaign.varied import varied_keys
 
 
 class CampaignRequest(NamedTuple):
@@ -82,9 +83,10 @@ def finish(
 
     grading, grid = request.grading(campaign.mission), campaign.file.combinations
     summary = summarise(store, campaign.varies, grading, campaign.singly, grid, is_random(campaign), tail)
-    found = tuple(failures_go_with(store, campaign)) if summary.statistical else ()
+    columns = varied_keys(store, campaign.file)
+    found = failures_go_with(store, campaign, columns) if summary.statistical else {}
     summary = summary._replace(meaning=campaign.meaning, decision=decision, findings=found)
-    write_report(store, campaign, summary, request.path, request.sheet)
+    write_report(store, campaign, summary, request.path, columns, request.sheet)
     store.save(complete=True, summary=as_json(summary))
     return FinishedCampaign(campaign, summary, store.folder)
 

@@ -23,8 +23,8 @@ Places = NDArray[np.int64]
 PARTS = 100
 """Most parts of equal count that the range of a number is divided into."""
 
-A_PART = 10
-"""Fewest flights per part, on average."""
+A_PART, MANY, FINE = 10, 50, 20
+"""Fewest flights per part, on average: of so many parts; of more, whose means differ more by chance."""
 
 A_SIDE = 20
 """Most parts per key where two keys are examined together."""
@@ -124,7 +124,7 @@ def certain(one: Estimate, tests: int) -> bool:
 
 def first_order(result: ExplainedResult, keys: Mapping[str, FlightParts]) -> dict[str, Estimate]:
     """The index of each key, the largest first; keys with as many parts as flights are left out."""
-    most = max(2, min(PARTS, result.flights // A_PART))
+    most = max(2, min(PARTS, max(min(FINE, result.flights // A_PART), result.flights // MANY)))
     found = {name: estimate(result.explained(parts.at_most(most))) for name, parts in keys.items()}
     known = {name: one for name, one in found.items() if one is not None}
     return dict(sorted(known.items(), key=lambda item: -item[1].value))

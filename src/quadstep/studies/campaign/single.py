@@ -2,6 +2,7 @@
 draw at rest where its path begins.
 """
 
+import itertools
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -32,7 +33,7 @@ from quadstep.report.progress import Progress
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import PHONE, Sheet
 from quadstep.studies.campaign.page import judged
-from quadstep.studies.campaign.pictures import LIMIT, LINE, PlottedMetric, logarithmic
+from quadstep.studies.campaign.pictures import LIMIT, LINE, NEAR, PlottedMetric, logarithmic
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.single_flight import Replay, replay
 from quadstep.studies.campaign.varied import spans_decades
@@ -41,10 +42,13 @@ USUAL = 100
 """Default number of draws."""
 
 AROUND = (1.0, 0.8), (1.0, -0.8), (-1.0, 0.8), (-1.0, -0.8), (0.0, 1.15), (0.0, -1.15), (1.15, 0.0), (-1.15, 0.0)
-"""Where the number of a flight may stand beside its ring, in its own halves and the ring's; the first free place is taken."""
+AWAY = 1.0, 2.5, 4.0, 6.0, 9.0, 12.0
+"""Where the number of a flight may stand about its ring, in its own halves, and how far, in the ring's: at the first place
+where it hides nothing, with a line to the ring where that is not the nearest.
+"""
 
-RING = 6.5
-"""Half the width of a ring [points]."""
+RING, DOT = 6.5, 3.5
+"""Half the width of a ring and the width of a dot [points]."""
 
 
 def draws(path: Path, count: int | None, folder: Path, overwrite: bool, sheet: Sheet, progress: Progress) -> Evidence:
@@ -146,32 +150,34 @@ def draw_points(
     if not seen.any():
         return False
     all_points = {"path.simplify": False}
-    with figure_at(path, sheet, (PHONE, 3.6, 4.4), 0.16, 0.14, 0.965, 0.97, more=all_points) as figure:
+    with figure_at(path, sheet, (PHONE, 3.8, 4.6), 0.16, 0.13, 0.965, 0.92, more=all_points) as figure:
         axes = figure.subplots()
         x, y = (scaled(axes, which, metric, seen) for which, metric in zip("xy", metrics, strict=True))
         for name, chosen, marker, colour in (("completed", ~lost, "o", "0.6"), ("ended early", lost, "x", LIMIT)):
             if (seen & chosen).any():  # a line without width is what the script of reports reads points off
                 at = (x[seen & chosen], y[seen & chosen])
-                axes.plot(*at, marker=marker, markersize=3.5, color=colour, linewidth=0.0, label=name)
+                axes.plot(*at, marker=marker, markersize=DOT, color=colour, linewidth=0.0, label=name)
         axes.autoscale_view()
-        axes.legend(loc="upper left")
-        rings = {
-            flight: axes.transData.transform((x[flight], y[flight])) * 72.0 / figure.dpi for flight in links if known[flight]
-        }
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, columnspacing=1.0, handletextpad=0.3)
+        dots = axes.transData.transform(np.column_stack((x, y))) * 72.0 / figure.dpi
+        rings = {flight: dots[flight] for flight in links if known[flight]}
         left, bottom, right, top = (np.array(axes.bbox.extents) * 72.0 / figure.dpi).tolist()
         size = FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
-        key = Bbox.from_extents(left, top - 4.0 * size, left + 10.0 * size, top)
-        taken = [key, *(Bbox([ring - RING, ring + RING]) for ring in rings.values())]
+        taken = [Bbox([ring - RING, ring + RING]) for ring in rings.values()]
         for flight, ring in rings.items():
             at, link = (x[flight], y[flight]), links[flight]
             axes.scatter(*at, 130.0, color=[(1.0, 1.0, 1.0, 0.01)], edgecolor=LINE, zorder=3, urls=[link])
             half = np.array([0.32 * size * len(str(flight)), 0.5 * size])
-            for middle in (ring + np.array(way) * (RING + half) for way in AROUND):
+            for far, way in itertools.product(AWAY, AROUND):
+                middle = ring + np.array(way) * (far * RING + half)
                 box = Bbox([middle - half, middle + half])
                 inside = box.x0 >= left and box.x1 <= right and box.y0 >= bottom and box.y1 <= top
-                if inside and not any(box.overlaps(other) for other in taken):
+                hides = (abs(dots[seen] - middle) < half + 0.5 * DOT).all(axis=1).any()
+                if inside and not hides and not any(box.overlaps(other) for other in taken):
                     taken.append(box)
                     looks: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": size, "bbox": CLEAR}
+                    if far > AWAY[0]:
+                        looks["arrowprops"] = {"arrowstyle": "-", "color": LINE, "linewidth": 0.6, "shrinkB": RING}
                     axes.annotate(str(flight), at, (middle - ring).tolist(), textcoords="offset points", url=link, **looks)
                     break  # where no place is free, the ring has to do
     return True
@@ -184,8 +190,8 @@ def scaled(axes: Axes, which: str, metric: PlottedMetric, seen: NDArray[np.bool_
     values: NDArray[np.float64] = factor * metric.values
     label, line = (axes.set_xlabel, axes.axvline) if which == "x" else (axes.set_ylabel, axes.axhline)
     label(f"{words} [{unit}]")
-    if metric.limit is not None and factor * metric.limit <= 3.0 * values[seen].max():
-        line(factor * metric.limit, color=LIMIT, linestyle="--", linewidth=1.2)
+    if metric.limit is not None and factor * metric.limit <= NEAR * values[seen].max():
+        line(factor * metric.limit, color=LIMIT, linestyle="--", linewidth=1.2, label=f"limit of {words}")
     low, high = float(values[seen].min()), float(values[seen].max())
     if low > 0.0 and spans_decades(low, high):
         margin = (high / low) ** 0.05

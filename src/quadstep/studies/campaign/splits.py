@@ -8,7 +8,6 @@ of Hoeffding's bound for draws without replacement (1963); it counts as often as
 import contextlib
 import itertools
 import math
-import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -22,9 +21,11 @@ from quadstep.report import units
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.store import Store
-from quadstep.studies.campaign.varied import VariedKey, varied_keys
+from quadstep.studies.campaign.varied import OFF, ON, VariedKey
 
 Flights = NDArray[np.bool_]
+Findings = dict[str, tuple[str, ...]]
+"""Sentences, each with the keys that it names; the first is the one that it is of."""
 
 FEWEST, MOST, DIGITS = 3, 0.6, 3
 """Fewest flights that have anything in common; most of all flights that may; digits of where a key begins or ends."""
@@ -62,14 +63,14 @@ class KeyOrder(NamedTuple):
 
 class Split(NamedTuple):
     """Flights by a key. bands: failures and flights of each range or value, and what it is called; score: how much better they
-    explain who fails than one share does, less what chance may do; above 0 where they differ by more than chance. within: of
-    flights with this only.
+    explain who fails than one share does, less what chance may do; above 0 where they differ by more than chance. within: the
+    choice and the one of its values with which these flights are; none for all flights.
     """
 
     key: str
     bands: list[tuple[int, int, str]]
     score: float
-    within: str = ""
+    within: tuple[str, ...] = ()
 
     @property
     def sentence(self) -> str:
@@ -81,18 +82,13 @@ class Split(NamedTuple):
         return f"{words(self.key)}: {', '.join(said[:-1])}, but {said[-1]}"
 
 
-def failures_go_with(store: Store, campaign: Campaign) -> list[str]:
+def failures_go_with(store: Store, campaign: Campaign, columns: Mapping[str, VariedKey]) -> Findings:
     """`findings` of a campaign's flights."""
-    flown, columns = store.read([OUTCOME, SUCCESS]), varied_keys(store, campaign.file)
+    flown = store.read([OUTCOME, SUCCESS])
     failed, early = ~flown[SUCCESS].to_numpy(), pc.not_equal(flown[OUTCOME].cast("string"), OUTCOMES[0]).to_numpy()
     kinds = {"flights above a limit": failed & ~early, "lost flights": early}
     nominal = {key: value_at(campaign.mission, key) for key in columns}
     return findings(failed, kinds, columns, {key: unit(campaign.mission, key) for key in columns}, nominal)
-
-
-def named_in(said: Sequence[str], key: str) -> list[str]:
-    """Those of the findings that name a key."""
-    return [one for one in said if re.search(rf"\b{re.escape(words(key))}\b", one)]
 
 
 def value_at(section: object, key: str) -> float:
@@ -107,14 +103,15 @@ def value_at(section: object, key: str) -> float:
 def findings(
     failed: Flights, kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], unit_of: Mapping[str, str],
     nominal: Mapping[str, float] = {},
-) -> list[str]:  # fmt: skip
+) -> Findings:  # fmt: skip
     """What failures go with, in sentences. kinds, unit_of: as `in_common` has them; nominal: values of keys in the mission."""
-    said = []
+    said: Findings = {}
     for one in splits(failed, columns, unit_of, nominal):
-        said.append(f"{f'With {one.within}, how' if one.within else 'How'} many flights fail varies with {one.sentence}.")
-    said += in_common(kinds, columns, unit_of)
+        how = f"With {with_option(*one.within)}, how" if one.within else "How"
+        said[f"{how} many flights fail varies with {one.sentence}."] = (one.key, *one.within[:1])
+    said |= in_common(kinds, columns, unit_of)
     if said and not any(key.startswith("controller") for key in columns):
-        said.append("No gain varies here, so these flights do not say which gains would help.")
+        said["No gain varies here, so these flights do not say which gains would help."] = ()
     return said
 
 
@@ -132,7 +129,7 @@ def splits(
     for key, one, options in choices:
         others = [scale for scale in scales if scale.key != key]
         inner = [
-            best._replace(within=with_option(key, text))
+            best._replace(within=(key, text))
             for place, text in enumerate(options)
             for best in best_of_keys(failed, one.values == place, others, tried)[:1]
         ]
@@ -238,7 +235,7 @@ def divergence(one: float, other: float) -> float:
 
 
 def with_option(key: str, text: str) -> str:
-    return f"{words(key)} {({'true': 'on', 'false': 'off'}).get(text, f'= {text}')}"
+    return f"{words(key)} {text if text in (ON, OFF) else f'= {text}'}"
 
 
 def few_values(one: VariedKey) -> bool:
@@ -253,7 +250,7 @@ def values_of(key: str | None, columns: Mapping[str, VariedKey], flights: int) -
     return {with_option(key, text): one.values == place for place, text in enumerate(one.options or ())}
 
 
-def in_common(kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], unit_of: Mapping[str, str]) -> list[str]:
+def in_common(kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], unit_of: Mapping[str, str]) -> Findings:
     """A sentence for each kind of flight that has something in common. kinds: which flights are of each, by what they are
     called. unit_of: each key.
 
@@ -261,13 +258,13 @@ def in_common(kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], un
     replacement); it counts as often as there are keys, values and kinds to choose from.
     """
     tests = len(kinds) * sum(2 if one.options is None else len(one.options) for one in columns.values())
-    said = []
+    said: Findings = {}
     for kind, chosen in kinds.items():
-        found = [(fit, text) for key, one in columns.items() for fit, text in shared(key, one, chosen, unit_of[key])]
+        found = [(fit, text, key) for key, one in columns.items() for fit, text in shared(key, one, chosen, unit_of[key])]
         count, flights = int(chosen.sum()), len(chosen)
-        fit, text = min(found, key=lambda one: int(one[0].sum()), default=(np.ones(flights, bool), ""))
+        fit, text, key = min(found, key=lambda one: int(one[0].sum()), default=(np.ones(flights, bool), "", ""))
         if count >= FEWEST and fit.mean() <= MOST and tests * (fit.sum() / flights) ** count < 1.0 - LEVEL:
-            said.append(f"All {count} {kind} had {text}, as {fit.sum()} of all {flights} flights did.")
+            said[f"All {count} {kind} had {text}, as {fit.sum()} of all {flights} flights did."] = (key,)
     return said
 
 

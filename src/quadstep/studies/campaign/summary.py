@@ -16,7 +16,9 @@ from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, 
 from quadstep.studies.campaign.store import Store
 
 QUANTILES = (0.5, 0.9, 0.99, 0.999)
-WORST = 5
+WORST, FEWEST_ABOVE = 5, 2
+"""Flights that are told as the worst; of these at least so many that completed above a limit, if there are."""
+
 FEWEST = 20
 """Fewest flights beyond a quantile for its interval to mean anything."""
 
@@ -53,6 +55,7 @@ class WorstFlight(NamedTuple):
     time: float | None
     rmse: float | None
     largest: float | None
+    success: bool = False
 
 
 class CampaignSummary(NamedTuple):
@@ -61,7 +64,7 @@ class CampaignSummary(NamedTuple):
     nothing of them is drawn at random; 0 where something is. uneven: points of its grid, where it does not fly all of them
     equally often; else 0. singly: keys because of which each flight was set up by itself.
     meaning: as `Campaign` has it. decision: what `--until` has shown of the flights, a sentence. findings: what failures go
-    with. tail: the chance that one of its intervals misses the truth on either side.
+    with, and the keys that each names. tail: the chance that one of its intervals misses the truth on either side.
     """
 
     flights: int
@@ -76,7 +79,7 @@ class CampaignSummary(NamedTuple):
     uneven: int = 0
     meaning: str = ""
     decision: str = ""
-    findings: tuple[str, ...] = ()
+    findings: Mapping[str, tuple[str, ...]] = {}
     tail: float = TAIL
 
     @property
@@ -129,14 +132,19 @@ def alike(flown: pa.Table) -> bool:
 
 
 def worst(flown: pa.Table) -> list[WorstFlight]:
-    """Flights that failed first: of these and of the others those that ended first, then the farthest from the path; among
-    equals the lower number first.
+    """Lost flights, those that ended first; then others, failed ones first, the farthest from the path: at least two of the
+    failed ones, if there are so many. Among equals the lower number comes first.
     """
     keys = [("good", "ascending"), (TIME, "ascending"), (LARGEST, "descending"), (FLIGHT, "ascending")]
     known = flown.append_column("good", flown[SUCCESS].cast(pa.int8()))
-    order = pc.select_k_unstable(known, k=min(WORST, flown.num_rows), sort_keys=keys)
-    rows = flown.take(order).to_pylist()
-    return [WorstFlight(row[FLIGHT], row[OUTCOME], row[TIME], row[RMSE], row[LARGEST]) for row in rows]
+    through = pc.equal(flown[OUTCOME].cast(pa.string()), OUTCOMES[0])
+    lost, others = (
+        part.take(pc.select_k_unstable(part, k=min(WORST, part.num_rows), sort_keys=keys)).to_pylist()
+        for part in (known.filter(pc.invert(through)), known.filter(through))
+    )
+    above = sum(not row["good"] for row in others)
+    rows = [*lost[: WORST - min(above, FEWEST_ABOVE)], *others][:WORST]
+    return [WorstFlight(*(row[name] for name in (FLIGHT, OUTCOME, TIME, RMSE, LARGEST, SUCCESS))) for row in rows]
 
 
 def within(low: float, high: float) -> str:

@@ -26,6 +26,9 @@ WIDTH = 48
 BINS, A_BIN = 24, 20
 """Number of ranges of equal width that a number is shown in, and the fewest flights in a range at either end."""
 
+ON, OFF = "on", "off"
+"""How true and false are called."""
+
 DECADES = 20.0
 """Ratio of the ends above which an axis is logarithmic."""
 
@@ -106,7 +109,7 @@ def leaves(value: object) -> dict[str, object]:
 def text_of(value: object, digits: int = 6) -> str:
     """A value for an axis or a table of the page: numbers to so many digits, a table's type first, and its keys in words."""
     if isinstance(value, bool):
-        text = str(value).lower()
+        text = ON if value else OFF
     elif isinstance(value, int | float):
         text = units.numerals(f"{value:.{digits}g}")
     elif isinstance(value, dict):
