@@ -3,7 +3,6 @@
 import re
 import tomllib
 from contextlib import nullcontext
-from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -115,7 +114,8 @@ def test_all_files_are_there_known_to_the_manifest_and_whole(flown):
 def test_it_says_what_was_flown_and_how_it_ended(flown):
     folder, _, summary = flown
     text, cells = told_by(folder)
-    assert all(escape(sentence) in text for sentence in summary.findings)
+    plain = text.replace("\N{NO-BREAK SPACE}", " ")
+    assert all(sentence.replace("\N{NO-BREAK SPACE}", " ") in plain for sentence in summary.findings)
     about = dict(row for row in cells if len(row) == 2)
     varied = {row[0]: row[1:] for row in cells if len(row) == 3}
     assert about["seed, precision, engine"] == "1, f64, lanes"
@@ -319,7 +319,7 @@ def test_copies_of_one_flight_are_said_to_be_that(tmp_path, unflown):
         assert ("Nothing varies from flight to flight." in text) == said
         assert "95 %" not in text
         assert text.count("It is a single flight, which gives no success rate.") == (not said)
-        assert (f"{count} flights: 100 % succeed." in text) == said
+        assert (f"All {count} flights succeeded." in text) == said
         assert "500 [500, 500] mm" not in text
     assert "do not differ" not in reported(tmp_path / "noisy", "", 8)[0]
 
