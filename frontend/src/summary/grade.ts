@@ -30,7 +30,7 @@ export const MARKS: Readonly<Record<Grade | typeof LEFT, Mark>> = {
   "flew, but": { glyph: "!", kind: "fair" },
   [LEFT]: { glyph: "!", kind: "bad left" },
   [ABOVE]: { glyph: "✕", kind: "bad" },
-  lost: { glyph: "✕", kind: "bad" },
+  lost: { glyph: "✕", kind: "bad lost" },
 };
 
 /** Of how a flight ended; left: whether, or how, it left its path. */

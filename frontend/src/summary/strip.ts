@@ -33,7 +33,7 @@ export class SummaryStrip {
     const cells = entries(measures).map(({ label, text, hint }, i) => {
       const theirs = entries(original.measures)[i]!.text;
       const beside = compared ? h("span", { class: "filed" }, `was ${theirs}`) : null;
-      return h("div", { title: hint }, h("dt", {}, label, i < 2 && text !== "–" ? counted : ""), h("dd", {}, text, beside));
+      return h("div", { title: hint }, h("dt", {}, `${label} `, i < 2 && text !== "–" && counted ? h("span", { class: "counted" }, counted.trim()) : ""), h("dd", {}, text, beside));
     });
     fill(this.figures, ...cells);
     const said = besides(shown, original);

@@ -35,7 +35,7 @@ function table(block: string, flights: readonly FlightData[], button: (flight: F
     "table",
     {},
     h("caption", {}, `${block}${block && "; "}${prose(rowAxis)} down, ${prose(columnAxis)} across`),
-    h("thead", {}, h("tr", {}, h("td", { class: "block" }, block), ...columns.map((column) => h("th", { scope: "col" }, column)))),
+    h("thead", {}, h("tr", {}, h("td"), ...columns.map((column) => h("th", { scope: "col" }, column)))),
     h("tbody", {}, ...rows.map((row) => h("tr", {}, h("th", { scope: "row" }, row), ...columns.map((column) => cell(row, column))))),
   );
 }

@@ -87,7 +87,7 @@ def strips(figure: Figure) -> list[tuple[float, float, float, list[str]]]:
             found.append((left, right, low, [name]))
     cuts = [0.0, *(one[0] - CUT for one in found[1:]), float(wide)]
     return [
-        (round(left, 1), round(right - left, 1), round(min(low, high), 1), names)
+        (round(left, 1), round(right - left, 1), round(high if whole else min(low, high), 1), names)
         for (left, right), (_, _, low, names) in zip(pairwise(cuts), found, strict=True)
     ]
 

@@ -53,10 +53,12 @@ class Map(Study[Envelope]):
         """The map, each panel in numbers, the results of every cell, and the first flights of some to watch."""
         (out / DATA).write_bytes(parquet(table(self.asked, envelope.cells)))
         cells = watched(self.asked)
-        successes = [int(envelope.cells.successes.flat[cell]) for cell in cells]
-        found = dict(zip(cells, map(self.named, flown_again(self.campaign, cells), successes), strict=True))
-        links = write_flights(out, self.campaign, found, dict(zip(cells, map(self.place, cells), strict=True)))
-        draw_map(out / PICTURE, self.asked, envelope.cells, sheet, links)
+        seen = {int(envelope.cells.shown.flat[cell]): int(envelope.cells.successes.flat[cell]) for cell in cells}
+        again = zip(seen.items(), flown_again(self.campaign, [*seen]), strict=True)
+        found = {flight: self.named(one, flight, successes) for (flight, successes), one in again}
+        links = write_flights(out, self.campaign, found, dict(zip(seen, map(self.place, cells), strict=True)))
+        at = {flight % self.asked.cells: link for flight, link in links.items()}
+        draw_map(out / PICTURE, self.asked, envelope.cells, sheet, at)
         name = f"Envelope of {self.campaign.defaults['name']}"
         unit, factor = units.handy("m", max((one.rmse[1] for one in envelope.panels if one.rmse), default=0.0))
         header, rows = [one.format(unit) for one in HEADER], [row(one, factor) for one in envelope.panels]
@@ -83,13 +85,14 @@ class Map(Study[Envelope]):
         at = asked.y.shown(asked.y.values[row]), asked.x.shown(asked.x.values[column])
         return Cell(block, at[0], at[1], words(asked.y.key), words(asked.x.key))
 
-    def named(self, one: FlownAgain, successes: int) -> FlownAgain:
-        """The same, called by the values of its cell, and by how many of several flights succeed there."""
+    def named(self, one: FlownAgain, flight: int, successes: int) -> FlownAgain:
+        """The same, called by the values of its cell, and of several flights by which it is and how many succeed there."""
         if one.replay is None:
             return one
         name = ", ".join(axis.in_words(cast("Value", one.replay.values[axis.key])) for axis in reversed(self.asked.axes))
         flights = self.asked.flights
-        name += f" (first of {flights} flights, of which {successes} succeed)" if flights > 1 else ""
+        of = f"{flight // self.asked.cells + 1} of {flights}"
+        name += f" (flight {of}, of which {successes} succeed)" if flights > 1 else ""
         return one._replace(replay=one.replay._replace(mission=one.replay.mission.model_copy(update={"name": name})))
 
 

@@ -50,7 +50,10 @@ def answer(envelope: Envelope) -> str:
         return none_flyable(envelope, f"None of the {cells} {over}", units.listed(names), more)
     first, *others = [f"{one.flyable} of {cells}" for one in envelope.panels]
     parts = [f"{first} {over} can be flown{names[0]}", *map("".join, zip(others, names[1:], strict=True))]
-    return f"{', '.join(parts)}{how}{borders(envelope)}.{more}"
+    counts = f" A combination that can be flown succeeded in {enough(asked)[0]}{sure(asked)}." if asked.flights > 1 else ""
+    alone = most_of(asked) if asked.flights == 1 else ""
+    judged = f"{asked.campaign.meaning[2].upper()}{asked.campaign.meaning[3:-1]}."
+    return f"{', '.join(parts)}{alone}{borders(envelope)}.{counts} {judged}{more}"
 
 
 def none_flyable(envelope: Envelope, none: str, names: str, more: str) -> str:
@@ -66,8 +69,8 @@ def none_flyable(envelope: Envelope, none: str, names: str, more: str) -> str:
     at = units.listed([axis.in_words(axis.values[place]) for axis, place in where if axis][::-1])
     such = "the best" if (successes == best).sum() == 1 else "one of the best"
     ends = exact_share(best, asked.flights, TAIL / successes.size)[1:]
-    sure = f" (95 % interval {' to '.join(map(units.percent, ends))}, widened for choosing it from {successes.size})"
-    return f"{said}; {such}, {at}, succeeds in {best} of {asked.flights}{sure * asked.random}.{more}"
+    between = f" (95 % interval {' to '.join(map(units.percent, ends))}, widened for choosing it from {successes.size})"
+    return f"{said}; {such}, {at}, succeeds in {best} of {asked.flights}{between * asked.random}.{more}"
 
 
 def either_way(envelope: Envelope) -> str:
@@ -85,7 +88,8 @@ def either_way(envelope: Envelope) -> str:
     larger, less = (second, first) if smaller[0] > smaller[1] else (first, second)
     low, middle, high = (units.number(float(one)) for one in np.quantile(larger / np.maximum(less, LEAST), (0.0, 0.5, 1.0)))
     many = "all" if count == both.sum() else count
-    by = f"the median of their ratios is {middle}, from {low} to {high}"
+    worse = envelope.panels[smaller[0] >= smaller[1]].name
+    by = f"in the median it is {middle} times as large with {worse}, in all from {low} to {high} times"
     return f" {shared}, the {what} is smaller with {name} in {many} of them; {by}."
 
 
@@ -95,19 +99,21 @@ def borders(envelope: Envelope) -> str:
     axes = [(one, flyable.swapaxes(place, 0).reshape(len(one.values), -1)) for one, place in ((asked.x, 2), (asked.y, 1))]
     parts = []
     for what, good in (("all", True), ("none", False)):
-        found = [span(axis, (cells == good).all(axis=1)) for axis, cells in axes if axis.ranged]
+        found = [span(axis, (cells == good).all(axis=1), asked.random) for axis, cells in axes if axis.ranged]
         where = [one for one in found if one]
         parts += [f"{what} where {units.listed(where, 'or')}"] if where else []
     whole = {1: "", 2: "with both, "}.get(len(envelope.panels), "with each, ")
     return f": {whole}{', '.join(parts)}" if parts else ""
 
 
-def span(axis: MapAxis, line: NDArray[np.bool_]) -> str:
-    """The values at which a line holds, if they follow one another, in a clause; else nothing."""
-    at = np.flatnonzero(line)
-    if not at.size or at[-1] - at[0] >= at.size:
+def span(axis: MapAxis, line: NDArray[np.bool_], chance: bool) -> str:
+    """The values at which a line holds, if they follow one another, in a clause; else nothing. chance: whether those between
+    others that do not may be so by chance, which is no range.
+    """
+    at, last = np.flatnonzero(line), len(axis.values) - 1
+    if not at.size or at[-1] - at[0] >= at.size or (chance and at[0] > 0 and at[-1] < last):
         return ""
-    low, high, last = axis.shown(axis.values[at[0]]), axis.shown(axis.values[at[-1]]), len(axis.values) - 1
+    low, high = axis.shown(axis.values[at[0]]), axis.shown(axis.values[at[-1]])
     if at.size == 1:
         return f"the {words(axis.key)} is {low}"
     how = f"at most {high}" if at[0] == 0 else f"at least {low}" if at[-1] == last else f"from {low} to {high}"
@@ -148,10 +154,13 @@ def idle(envelope: Envelope) -> str:
 def most_of(request: Request) -> str:
     """How many of a point's flights count for all, where there are several, and how much so many show."""
     if request.flights > 1:
-        flights, low = enough(request)
-        sure = f" (95 % interval from {units.percent(low)})" if request.random else ""
-        return f", that is, {flights} of each succeeded{sure}"
+        return f", that is, {enough(request)[0]} of each succeeded{sure(request)}"
     return " in the one flight of each, whose outcome is partly chance" if request.random else ""
+
+
+def sure(request: Request) -> str:
+    """How much it shows that so many succeeded, in brackets after a blank."""
+    return f" (95 % interval from {units.percent(enough(request)[1])})" if request.random else ""
 
 
 def enough(request: Request) -> tuple[str, float]:
@@ -165,7 +174,8 @@ def caption(envelope: Envelope, linked: bool) -> str:
     """What the map shows. linked: whether cells with a dot are links."""
     cells, seen = envelope.cells, coloured(envelope.cells)
     several = envelope.asked.flights > 1
-    parts = [f"Click a dot to see the {'first ' if several else ''}flight of that cell."] * linked
+    seen_there = "a flight of that cell, which ends as at least half do there" if several else "the flight of that cell"
+    parts = [f"Click a circle to see {seen_there}."] * linked
     if not seen.all():
         few = "in which fewer than half of the flights succeed" if several else "whose flight fails"
         look = "Hatched by cause" if cells.cause[~seen].any() else "Dotted"

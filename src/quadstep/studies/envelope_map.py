@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, PercentFormatter
 from numpy.typing import NDArray
 
@@ -33,7 +34,8 @@ from quadstep.report.told import ToldPlace, tell
 from quadstep.report.units import metric, percent, quantity
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, value_column
-from quadstep.studies.envelope_request import MapAxis, Request, as_typed
+from quadstep.studies.campaign.varied import text_of
+from quadstep.studies.envelope_request import MapAxis, Request
 from quadstep.studies.study import Flown
 
 FLYABLE = 0.95
@@ -54,7 +56,7 @@ class Cells(NamedTuple):
 
     causes: of those that did not succeed how many by each of `CAUSES` (a fourth index). completed: how many completed.
     rmse, mean: median and mean RMSE [m], and largest: largest error [m] of these, NaN where missing. outcome: the most
-    frequent one.
+    frequent one. shown: the first flight that succeeds where at least `MOSTLY` of them do, elsewhere the first that does not.
     """
 
     flights: int
@@ -65,6 +67,7 @@ class Cells(NamedTuple):
     mean: NDArray[np.float64]
     largest: NDArray[np.float64]
     outcome: NDArray[np.int64]
+    shown: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
 
     @property
     def successes(self) -> NDArray[np.int64]:
@@ -92,12 +95,14 @@ def cells_of(request: Request, flown: Flown) -> Cells:
     outcomes = np.zeros((cells, len(OUTCOMES)), dtype=np.int64)
     rmse = np.full((request.flights, cells), np.nan)
     largest = np.full(cells, np.nan)
+    ends = np.full((2, cells), request.flights)
     for (_, first, past), flights in flown:
         turn, cell = np.divmod(np.arange(first, past), cells)
         outcome = flights[OUTCOME].combine_chunks().indices.to_numpy().astype(np.int64)
         failed = ~flights[SUCCESS].to_numpy()
         np.add.at(outcomes, (cell, outcome), 1)
         np.add.at(causes, (cell[failed], outcome[failed]), 1)  # 0: it completed
+        np.minimum.at(ends, (failed.astype(int), cell), turn)
         through = outcome == 0
         rmse[turn[through], cell[through]] = flights[RMSE].to_numpy().astype(np.float64)[through]
         np.fmax.at(largest, cell[through], flights[LARGEST].to_numpy().astype(np.float64)[through])
@@ -111,6 +116,7 @@ def cells_of(request: Request, flown: Flown) -> Cells:
         mean=mean.reshape(request.shape),
         largest=largest.reshape(request.shape),
         outcome=outcomes.argmax(axis=1).reshape(request.shape),
+        shown=cells * np.where(causes.sum(axis=1) <= (1.0 - MOSTLY) * request.flights, *ends) + np.arange(cells),
     )
 
 
@@ -165,17 +171,8 @@ def in_brief(cause: str) -> str:
     return LOOKS[cause][2] or "above a limit"
 
 
-CONTOURS: dict[float, Literal[":", "-", "--"]] = {0.05: ":", 0.5: "-", 0.95: "--"}
-"""Lines of equal success rate, where a cell has so many flights that one of them can fail or succeed at that rate."""
-
-
-def contours(share: NDArray[np.float64], flights: int) -> dict[float, Literal[":", "-", "--"]]:
-    """Those of `CONTOURS` that occur among these shares. flights: of each cell."""
-    if min(share.shape[-2:]) < 2:
-        return {}
-    fine = {level: line for level, line in CONTOURS.items() if flights * min(level, 1.0 - level) >= 1.0}
-    return {level: line for level, line in fine.items() if share.min() < level <= share.max()}
-
+OUTLINE: dict[str, Any] = {"color": "black", "linewidth": 1.4}
+"""Of the cells that can be flown, where each has several flights; a white seam tells it from dark cells."""
 
 MOST_HATCHED = 20_000
 """Spans of cells that are hatched; beyond, grey has to do."""
@@ -193,7 +190,7 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Ma
     norm = scale(cells)
     with drawing(sheet, {"axes.grid": False, "hatch.linewidth": 0.6}):
         width = sheet.inches(PHONE)
-        figure = Figure(figsize=(width, 1.2 + 0.86 * rows * (width - 1.6) / columns), layout="constrained")
+        figure = Figure(figsize=(width, 1.7 + 0.72 * rows * (width - 0.7) / columns), layout="constrained")
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for place, axes in enumerate(grid.flat):
             if place >= count:
@@ -255,16 +252,24 @@ def draw_panel(axes: Axes, request: Request, cells: Cells, place: int, norm: Nor
     axes.imshow(image, extent=(across[0], across[-1], up[0], up[-1]), origin="lower", aspect="auto", interpolation="none")
     for number, name in enumerate(CAUSES):
         hatch(axes, ~good & (cause == number), across, up, name)
-    if lines := {} if by_success(cells) else contours(cells.share[place], cells.flights):
-        centres = [0.5 * (edge[1:] + edge[:-1]) for edge in (across, up)]
-        axes.contour(*centres, cells.share[place], [*lines], colors="black", linewidths=1.2, linestyles=[*lines.values()])
+    if cells.flights > 1:
+        outline(axes, cells.flyable[place], across, up)
     tell_cells(axes, request, cells, place)
     for axis, given in ((axes.xaxis, request.x), (axes.yaxis, request.y)):
         if given.ranged:
             axis.set_major_locator(MaxNLocator(7, steps=[1, 2, 5, 10]))
         else:
             every = -(-len(given.values) // LISTED_TICKS)
-            axis.set_ticks(range(0, len(given.values), every), [as_typed(one) for one in given.values[::every]])
+            axis.set_ticks(range(0, len(given.values), every), [text_of(one) for one in given.values[::every]])
+
+
+def outline(axes: Axes, where: NDArray[np.bool_], across: NDArray[np.float64], up: NDArray[np.float64]) -> None:
+    """A line around some cells, along their edges."""
+    inside, looks = np.pad(where, 1), {**OUTLINE, "path_effects": [withStroke(linewidth=3.0, foreground="white")]}
+    row, column = np.nonzero(np.diff(inside, axis=1)[1:-1])
+    axes.vlines(across[column], up[row], up[row + 1], **looks)
+    row, column = np.nonzero(np.diff(inside, axis=0)[:, 1:-1])
+    axes.hlines(up[row], across[column], across[column + 1], **looks)
 
 
 def link_cells(axes: Axes, request: Request, place: int, links: Mapping[int, str]) -> None:
@@ -344,23 +349,21 @@ def legend(request: Request, cells: Cells) -> list[Artist]:
         for number, name in enumerate(CAUSES)
         if (grey & (cells.cause == number)).any()
     ]
-    return handles + [
-        Line2D([], [], color="black", linewidth=1.2, linestyle=style, label=f"{100 * level:g} % succeed")
-        for level, style in contours(cells.share, cells.flights).items()
-        if not by_success(cells)
-    ]
+    flown = bool(cells.flights > 1 and cells.flyable.any())
+    return [*handles, *[Line2D([], [], **OUTLINE, label="outlined: can be flown")][:flown]]
 
 
 def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: Normalize, request: Request) -> None:
-    bar = figure.colorbar(ScalarMappable(norm, colormaps[COLOURS]), ax=grid.ravel().tolist(), pad=0.02, aspect=30)
+    above: dict[str, Any] = {"location": "top", "pad": 0.02, "aspect": 40}
+    bar = figure.colorbar(ScalarMappable(norm, colormaps[COLOURS]), ax=grid.ravel().tolist(), **above)
     if not isinstance(norm, LogNorm):
-        bar.ax.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %", decimals=0))
+        bar.ax.xaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %", decimals=0))
         bar.set_label("share of flights that succeed")
         return
     decades = math.log10((norm.vmax or 1.0) / (norm.vmin or 1.0))
-    bar.ax.yaxis.set_major_locator(
+    bar.ax.xaxis.set_major_locator(
         LogLocator(10.0, (1.0,) if decades > 3.0 else (1.0, 3.0) if decades > 1.5 else (1.0, 2.0, 5.0))
     )
-    bar.ax.yaxis.set_minor_locator(NullLocator())
-    bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: quantity(value, "m", 1)))
+    bar.ax.xaxis.set_minor_locator(NullLocator())
+    bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: quantity(value, "m", 1)))
     bar.set_label("median position RMSE" if request.flights > 1 else "position RMSE")

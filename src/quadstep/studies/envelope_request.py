@@ -17,6 +17,7 @@ from quadstep.numbers.functions import evenly_spaced
 from quadstep.report.units import unit_suffix
 from quadstep.studies.campaign.planner import Planner
 from quadstep.studies.campaign.schema import NOT_FLOWN, Campaign, CampaignFile, campaign_of, read_campaign
+from quadstep.studies.campaign.varied import text_of
 
 Value: TypeAlias = float | int | bool | str
 
@@ -39,16 +40,15 @@ class MapAxis(NamedTuple):
 
     def shown(self, value: Value) -> str:
         """A value for people, with its unit: of evenly spaced ones the digits that tell neighbours apart, else all."""
-        said = as_typed(value)
+        said = text_of(value)
         if self.ranged and isinstance(value, float | int):
             step = (float(self.values[-1]) - float(self.values[0])) / (len(self.values) - 1)
             said = f"{round(value, max(0, 1 - math.floor(math.log10(step)))) + 0.0:.10g}"
-        return f"{said}{unit_suffix(self.unit or '-')}"
+        return f"{said}{'' if isinstance(value, bool) else unit_suffix(self.unit or '-')}"
 
     def in_words(self, value: Value) -> str:
         """A value in words: "nets off", "path duration = 4 s"."""
-        said = ("off", "on")[value] if isinstance(value, bool) else f"= {self.shown(value)}"
-        return f"{words(self.key)} {said}"
+        return f"{words(self.key)} {self.shown(value) if isinstance(value, bool) else f'= {self.shown(value)}'}"
 
     @property
     def whole(self) -> bool:

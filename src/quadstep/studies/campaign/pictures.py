@@ -224,7 +224,7 @@ def draw_key(path: Path, key: str, bins: Bins, lines: Mapping[str, ByKey], sheet
         draw_success(success, bins, {what: shown.good for what, shown in lines.items()})
         draw_errors(errors, bins, {what: shown.errors for what, shown in lines.items()})
         if len(lines) > 1:
-            figure.legend(*success.get_legend_handles_labels(), loc="upper left", ncols=len(lines))  # hides no interval
+            success.legend(loc="lower left", bbox_to_anchor=(-0.03, 1.12), ncols=len(lines))  # hides no interval
         for one in axes:
             if bins.edges is not None and bins.edges[0] < bins.edges[-1]:
                 one.set_xlim(bins.edges[0], bins.edges[-1])

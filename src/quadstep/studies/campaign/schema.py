@@ -194,9 +194,10 @@ class Campaign(NamedTuple):
         else:
             rest = f" with {listed(self.limits(' at most'))}" * bool(limits)
             said = [f"success means reaching the end{rest}, however large the error"]
-        if mission.cut and not any(key == "simulation.duration" or key.startswith("path") for key in self.file.keys):
-            said.append(mission.cut)
-        return f" ({'; '.join(said)})".replace("\N{NO-BREAK SPACE}", " ")
+        if (lasts := mission.simulation.duration) and not {"simulation", "simulation.duration"} & {*self.file.keys}:
+            elsewhere = any(key.startswith("path") for key in self.file.keys)
+            said += [f"no flight lasts longer than {lasts:g} s, however long its path" if elsewhere else mission.cut]
+        return f" ({'; '.join(filter(None, said))})".replace("\N{NO-BREAK SPACE}", " ")
 
     @property
     def mission(self) -> Mission:
