@@ -14,6 +14,7 @@ from matplotlib import colormaps
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -171,7 +172,7 @@ def in_brief(cause: str) -> str:
     return LOOKS[cause][2] or "above a limit"
 
 
-OUTLINE: dict[str, Any] = {"color": "black", "linewidth": 1.4}
+OUTLINE, THICK = "black", 1.4
 """Of the cells that can be flown, where each has several flights; a white seam tells it from dark cells."""
 
 MOST_HATCHED = 20_000
@@ -265,11 +266,11 @@ def draw_panel(axes: Axes, request: Request, cells: Cells, place: int, norm: Nor
 
 def outline(axes: Axes, where: NDArray[np.bool_], across: NDArray[np.float64], up: NDArray[np.float64]) -> None:
     """A line around some cells, along their edges."""
-    inside, looks = np.pad(where, 1), {**OUTLINE, "path_effects": [withStroke(linewidth=3.0, foreground="white")]}
-    row, column = np.nonzero(np.diff(inside, axis=1)[1:-1])
-    axes.vlines(across[column], up[row], up[row + 1], **looks)
-    row, column = np.nonzero(np.diff(inside, axis=0)[:, 1:-1])
-    axes.hlines(up[row], across[column], across[column + 1], **looks)
+    upright, level = (np.argwhere(np.diff(np.pad(where, 1), axis=axis)).tolist() for axis in (1, 0))
+    lines = [[(across[column], up[row - 1]), (across[column], up[row])] for row, column in upright]
+    lines += [[(across[column - 1], up[row]), (across[column], up[row])] for row, column in level]
+    seam = withStroke(linewidth=2.0 * THICK, foreground="white")
+    axes.add_collection(LineCollection(lines, colors=OUTLINE, linewidths=THICK, path_effects=[seam]), autolim=False)
 
 
 def link_cells(axes: Axes, request: Request, place: int, links: Mapping[int, str]) -> None:
@@ -350,12 +351,12 @@ def legend(request: Request, cells: Cells) -> list[Artist]:
         if (grey & (cells.cause == number)).any()
     ]
     flown = bool(cells.flights > 1 and cells.flyable.any())
-    return [*handles, *[Line2D([], [], **OUTLINE, label="outlined: can be flown")][:flown]]
+    return [*handles, *[Line2D([], [], color=OUTLINE, linewidth=THICK, label="outlined: can be flown")][:flown]]
 
 
 def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: Normalize, request: Request) -> None:
-    above: dict[str, Any] = {"location": "top", "pad": 0.02, "aspect": 40}
-    bar = figure.colorbar(ScalarMappable(norm, colormaps[COLOURS]), ax=grid.ravel().tolist(), **above)
+    shown = ScalarMappable(norm, colormaps[COLOURS])
+    bar = figure.colorbar(shown, ax=grid.ravel().tolist(), location="top", pad=0.02, aspect=40)
     if not isinstance(norm, LogNorm):
         bar.ax.xaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %", decimals=0))
         bar.set_label("share of flights that succeed")
