@@ -230,7 +230,10 @@ def test_a_loop_that_does_not_hold_its_pose_is_only_marginally_stable_and_says_w
     assert blind.not_held == names
     assert [pole.real for pole in blind.poles[: len(names)]] == [0.0] * len(names)
     assert blind.poles[len(names)].real < -0.1
-    assert sentences(blind)[0] == (f"Unstable: it does not hold {', '.join(names)}; a deviation there never decays.")
+    assert sentences(blind)[0] == (
+        f"At rest at the start of its path, the loop is unstable: it does not hold {', '.join(names)}; "
+        "a deviation there never decays."
+    )
     assert record(blind, [])["stable"] is False
     assert record(blind, [])["not_held"] == list(names)
     assert cells(blind)[:2] == ["unstable", ", ".join(["0", *(f"{name} not held" for name in names)])]

@@ -106,9 +106,12 @@ def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis
     assert worst.finding(asked).startswith(
         "At rest at the start of its path, the loop is stable, with enough margin (sound): what limits it is the gain margin, "
     )
-    assert worst.finding(analysis._replace(limits=MarginLimits(0.0, 0.0, 0.0))).startswith("Sound: smallest gain margin ")
+    assert worst.finding(analysis._replace(limits=MarginLimits(0.0, 0.0, 0.0))).startswith(
+        "At rest at the start of its path, the loop is sound: smallest gain margin "
+    )
     assert sentences(analysis)[0] == (
-        f"Fragile: phase margin {math.degrees(phase.value):.1f}° in {phase.channel} (less than 30.0°); smallest gain margin "
+        f"At rest at the start of its path, the loop is fragile: phase margin {math.degrees(phase.value):.1f}° in "
+        f"{phase.channel} (less than 30.0°); smallest gain margin "
         f"{gain.value:.1f} dB ({gain.channel}), delay margin {1e3 * delay.value:.1f} ms ({delay.channel})."
     )
     with_limits = [with_limit(one, analysis).more for one in worst.facts([("", analysis)])]
@@ -212,7 +215,7 @@ def test_a_memory_that_stops_at_a_limit_is_not_followed_beyond_it(tmp_path):
 def test_a_loop_that_swings_about_a_rest_is_unstable_there_and_said_to_swing(tmp_path):
     run = quadstep("linear", EXAMPLES / "super_twisting.toml", "--out", tmp_path / "out")
     unstable, swings = run.out.splitlines()[-3:-1]
-    assert unstable.startswith("Unstable: a deviation doubles every ")
+    assert unstable.startswith("At rest at the start of its path, the loop is unstable: a deviation doubles every ")
     said = r"Flown at rest where its path begins, it does not settle: it swings by 1\d(\.\d)? mm along [xy] every 0.\d+ s\."
     assert re.fullmatch(said, swings.replace("\u00a0", " "))
     assert strict_json(tmp_path / "out" / "linear.json")["sentences"] == [unstable, swings]

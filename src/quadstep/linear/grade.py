@@ -29,7 +29,7 @@ from quadstep.linear.margins import Margins
 from quadstep.linear.modes import grouped
 from quadstep.linear.sampled import Loops, NoRestError, linearising
 from quadstep.linear.states import states
-from quadstep.metrics.registry import LESS_IS_BETTER, MARGINS, NO_REST, SOUND, UNITS
+from quadstep.metrics.registry import LESS_IS_BETTER, MARGINS, NO_REST, SOUND, UNITS, at_rest_sentences
 from quadstep.mission.airframe_tables import CommandSection
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.schema import Mission
@@ -67,8 +67,8 @@ class Grade(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """For a table of facts or the first line of a report."""
-        return f"{self.word[0].upper()}{self.word[1:]}: {self.why}."
+        """For the first line of a report."""
+        return at_rest_sentences({"grade": self.word, "why": self.why})[0]
 
 
 LEAST_ASIDE = 1e-3

@@ -16,7 +16,6 @@ from quadstep.linear.margins import Margins
 from quadstep.linear.modes import ALIKE, Modes, Pole, grouped
 from quadstep.linear.states import Array, Channel, short
 from quadstep.linear.transfer import Complex
-from quadstep.metrics.registry import at_rest
 from quadstep.report.axes import CLEAR, Powers, crossed, plain
 from quadstep.report.canvas import LETTER, LINES, figure_at
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
@@ -79,8 +78,7 @@ def pole_rows(poles: list[Pole], in_words: Callable[[Iterable[str]], str], most:
 def sentences(analysis: Analysis, but: str = "") -> list[str]:
     """The opening lines, before any number. but: what the mission's flight does that was not asked."""
     grade, period = graded(analysis), analysis.loop.period
-    rest = at_rest({"grade": grade.word, "why": grade.why})
-    answer = f"{rest[0].upper()}{rest[1:]}; however, {but}." if but else grade.sentence
+    answer = f"{grade.sentence[:-1]}; however, {but}." if but else grade.sentence
     later = [LATER.format(listed([f"{t:.3g}" for t in analysis.later]))] if analysis.later else []
     if not analysis.stable:
         return [answer, *later]

@@ -136,7 +136,8 @@ def parts(log: FlightLog, mission: "Mission") -> str:
     found.sort(reverse=True)
     said = units.listed([f"{when} ({units.quantity(most, 'm')})" for most, when in found[:PEAKS]])
     rest = [
-        f", and at most {units.quantity(units.rounded_up(most, 3), 'm')} in the other parts of the flight" for most, _ in found
+        f", and was at most {units.quantity(units.rounded_up(most, 3), 'm')} in the other parts of the flight"
+        for most, _ in found
     ]
     return f"; its error peaked {said}{''.join(rest[PEAKS : PEAKS + 1])}"
 
