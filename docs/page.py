@@ -11,6 +11,7 @@ from quadstep.mission.template import template
 from quadstep.page.build import fly_missions
 
 HERE = Path(__file__).parent
+NAME = '# name = "My first flight"', 'name = "An X500 in a wind of 6 m/s"'
 WIND = "mean = [6.0, 0.0, 0.0]"
 OPTIONS = (
     "--no-sandbox",
@@ -29,7 +30,7 @@ def main(folder: Path = HERE) -> None:
         return
     with tempfile.TemporaryDirectory() as temporary, sync_playwright() as browsers:
         page, mission = Path(temporary) / "page.html", Path(temporary) / "mission.toml"
-        mission.write_text(template("x500").replace("# mean = [0.0, 0.0, 0.0]", WIND), encoding="utf-8")
+        mission.write_text(template("x500").replace("# mean = [0.0, 0.0, 0.0]", WIND).replace(*NAME), encoding="utf-8")
         page.write_text(fly_missions([mission]), encoding="utf-8")
         browser = browsers.chromium.launch(executable_path=chromium, args=list(OPTIONS))
         window = browser.new_page(viewport={"width": 1280, "height": 800})

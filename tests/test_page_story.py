@@ -83,7 +83,7 @@ def test_a_step_is_settings_and_paragraphs(tmp_path, case):
     ('ghost = "nobody"', "ghost: unknown value 'nobody'; allowed"),
     ('camera = "under"', "camera"),
     ("time = -1", "time"),
-    ("window = [5, 1]", "window: should be two times, the later one last, not [5.0, 1.0]"),
+    ("window = [5, 1]", "window: should be two numbers, 0 or more, the larger one last, not [5.0, 1.0]"),
     ("success = { rmse = [2, 1] }", "success.rmse: should be two numbers, 0 or more, the larger one last"),
     ("success = { speed = [0, 1] }", "success.speed"),
     ('guess = { ask = "?", choices = ["a"], answer = "a" }', "guess.choices"),

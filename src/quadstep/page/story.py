@@ -38,22 +38,12 @@ def as_values(value: object) -> object:
     return value
 
 
-def as_window(bounds: list[float]) -> list[float]:
-    """A stretch of time. Raises ValueError."""
-    if len(bounds) != 2 or not bounds[0] < bounds[1]:
-        raise ValueError(f"should be two times, the later one last, not {bounds!r:.60}")
-    return bounds
-
-
 def as_range(bounds: list[float]) -> list[float]:
-    """The lowest and the highest value that count. Raises ValueError."""
+    """The lowest and the highest value that count, or a stretch of time. Raises ValueError."""
     if len(bounds) != 2 or not 0.0 <= bounds[0] < bounds[1] < math.inf:
         raise ValueError(f"should be two numbers, 0 or more, the larger one last, not {bounds!r:.60}")
     return bounds
 
-
-Moment = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-"""A time in a flight [s]."""
 
 Measure = Literal["rmse", "largest", "tilt"]
 """What success may ask for: RMSE and largest error of the position [m], largest tilt [rad]."""
@@ -87,8 +77,8 @@ class Settings(Section):
     set: dict[str, Values] = Field(default_factory=dict)
     move: str
     watch: str
-    time: Moment | None = None
-    window: Annotated[list[Moment], AfterValidator(as_window)] | None = None
+    time: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None = None
+    window: Annotated[list[float], AfterValidator(as_range)] | None = None
     camera: Annotated[str, Field(pattern="^(orbit|follow)$")] = "orbit"
     guess: Guess | None = None
     success: dict[Measure, Annotated[list[float], AfterValidator(as_range)]] = Field(default_factory=dict)

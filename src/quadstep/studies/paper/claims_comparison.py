@@ -29,9 +29,10 @@ def by_start(study: PaperStudy, true: Callable[[Metrics, Metrics], bool | None])
         ours, theirs = completed(new), completed(old)
         answer = true(new, old) if ours and theirs else None if ours is theirs else ours
         ends = sorted(((OURS, new), ("[11]", old)), key=lambda end: completed(end[1]))
-        said = [f"is lost at {m['ended[s]']:g} s ({m['outcome']})" if not completed(m) else "completes" for _, m in ends]
-        why = " and ".join(f"{who} {what}" for (who, _), what in zip(ends, said, strict=True))
-        table[f"{where}; {name}"] = answer, why * (not (ours and theirs))
+        why = [
+            f"{who} completes" if completed(m) else f"{who} is lost at {m['ended[s]']:g} s ({m['outcome']})" for who, m in ends
+        ]
+        table[f"{where}; {name}"] = answer, " and ".join(why) * (not (ours and theirs))
     return table
 
 

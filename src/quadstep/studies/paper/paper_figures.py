@@ -82,7 +82,7 @@ def figure_jobs(logs: Mapping[str, FlightLog]) -> list[FigureJob]:
     """fig03 to fig12, from the logs of the cases by file name."""
     case_1, case_2 = logs["case1"], logs["case2"]
     new, old = logs["case3_adaptive"], logs["case3_nested"]
-    soon = new.column("t") <= SOON
+    soon = slice(int(np.searchsorted(new.column("t"), SOON, "right")))
 
     def job(number: int, t: NDArray[np.float64], panels: list[Panel], columns: int = 2) -> FigureJob:
         return FigureJob(f"fig{number:02d}", f"Fig. {number}  {CAPTIONS[number]}", t, panels, columns)
@@ -113,12 +113,10 @@ def trajectories() -> tuple[NDArray[np.float64], list[Panel]]:
     return t, panels
 
 
-def both_controllers(
-    name: str, unit: str, new: FlightLog, old: FlightLog, rows: slice | NDArray[np.bool_] = slice(None)
-) -> Panel:
+def both_controllers(name: str, unit: str, new: FlightLog, old: FlightLog, rows: slice = slice(None)) -> Panel:
     """A column of both controllers, with the paper's subscripts: n this paper's, o that of [11]."""
-    lines = {f"{name}_n (adaptive)": new, f"{name}_o (nested [11])": old}
-    return Panel(name, unit, {entry: log.column(name)[rows] for entry, log in lines.items()})
+    n, o = (log.column(name)[rows] for log in (new, old))
+    return Panel(name, unit, {f"{name}_n (adaptive)": n, f"{name}_o (nested [11])": o})
 
 
 def comparison_positions(new: FlightLog, old: FlightLog) -> list[Panel]:

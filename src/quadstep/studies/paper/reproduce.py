@@ -47,11 +47,8 @@ def choices() -> list[tuple[str, str, str]]:
     vehicle, clock, limits = mission.vehicle, mission.simulation, mission.limits
     gains = mission.controller.model_dump()
     nets = gains["nets"]
-    position, attitude = (", ".join(f"{one:g}" for one in CASE_3_START[part]) for part in ("position", "attitude"))
-
-    def plainly(values: Sequence[float]) -> str:
-        return units.listed([f"{one:g}" for one in values])
-
+    listed = (CASE_3_START["position"], CASE_3_START["attitude"], STRESS_TIMES, STRESS_SCALES)
+    position, attitude, times, scales = (", ".join(f"{one:g}" for one in numbers) for numbers in listed)
     return [
         ("T_eta", vehicle.kinematics, "the printed one violates Newton-Euler; with Sigma = 5 I both fly identically"),
         ("Coriolis term, C times the rates", "by Eq. 2", "Christoffel's C gives the same; the proof needs it"),
@@ -79,7 +76,7 @@ def choices() -> list[tuple[str, str, str]]:
                "from rest on the path x, y, theta, phi stay zero for ever, yet the paper plots their errors"),
         ("gains of [11]", f"{next(iter(NESTED_GAINS))}, a_psi = (2.374, 0.08), b = (2, 1, 0.2, 0.1)",
                "printed in scripts that reproduce it; the other altitude gains are flown too"),
-        ("stress flights", f"t_f of {plainly(STRESS_TIMES)} s, scale {plainly(STRESS_SCALES)}, scored to t_f + {HOLD:g} s",
+        ("stress flights", f"t_f = {times} s, scale {scales}, scored to t_f + {HOLD:g} s",
                "the disturbance is nearly zero in the paper's own cases"),
         ("divergence", f"{limits.distance:g} m off the path, an Euler rate of {limits.rate:g} rad/s, "
                f"|theta| > {limits.pitch:g} rad, or a number that is not finite", "an outcome with a time, never an error"),
