@@ -131,7 +131,7 @@ def test_a_sound_loop_gets_the_gains_that_it_bears_from_the_plant_that_explains_
     assert found.record["plant"]["effect[rad/s^2]"] == pytest.approx(100.0, rel=0.02)
     assert found.record["plant"]["lag[s]"] == pytest.approx(0.02, rel=0.1)
     assert found.record["plant"]["delay[s]"] == pytest.approx(0.004, abs=0.002)
-    assert f"MC_ROLLRATE_K times {factor:.2f}: by the plant that gives" in found.more[0]
+    assert f"MC_ROLLRATE_K times {factor:.2f}: by the plant, this gives" in found.more[0]
     assert "Fly it for longer than 180 s and advise again: the noise" in found.more[0]
     flight = excited(logged(tmp_path, SOUND, seconds=180.0), None)
     assert tuned(flight, flight.loop, measured(flight.measured), plant(flight), [{}]).factor == pytest.approx(factor)
@@ -270,7 +270,7 @@ def test_advice_says_what_a_resonance_may_leave_where_one_has_taken_the_margin()
     said = expected_result(flight, advice)
     assert re.search(r"; but a resonance near 4\d(\.\d)? Hz, whose gain may be up to about .*, may leave less: ", said)
     assert now.gain_up.low > 6.0  # by its plant too
-    assert re.search(r"; its gain margin is up by .* unless a resonance near 4\d", sentence(flight, now))
+    assert re.search(r"; gain margins: upwards .* unless a resonance near 4\d", sentence(flight, now))
 
 
 def test_what_begins_and_ends_with_a_record_does_not_cover_a_resonance_in_its_noise():

@@ -18,7 +18,7 @@ from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.nearby import MOVED
 from quadstep.linear.run import off_the_step, record
 from quadstep.linear.states import states, with_states
-from quadstep.linear.tables import kinks, mark, sentences
+from quadstep.linear.tables import OpenLoop, kinks, mark_margins, sentences
 from quadstep.linear.transfer import frequencies, opened, transfer
 from quadstep.linear.worst import cells, facts, grades
 from quadstep.numbers import Vector, vector, where
@@ -413,18 +413,25 @@ def test_a_step_is_judged_by_where_it_rests_and_one_that_rests_elsewhere_is_said
     assert not off_the_step([StepResponse("x", "m", t, 1.0 - np.exp(-t))])
 
 
-def test_the_number_of_a_margin_stands_where_no_curve_is():
-    figure, omega = Figure(), np.geomspace(1.0, 100.0, 400)
-    axes = figure.subplots()
-    axes.set_xscale("log")
-    axes.plot(omega, 12.0 - 12.0 * np.log10(omega / 5.0))
-    axes.plot(omega, np.full(400, 2.4))  # where the number of the first would be, on either side
+@pytest.mark.parametrize("apart", [1.2, 1.5, 4.0])
+def test_the_number_of_a_margin_stands_where_no_curve_and_no_other_bar_is(apart):
+    figure, omega = Figure(figsize=(9.0, 4.0)), np.geomspace(1.0, 100.0, 400)
+    above, below = figure.subplots(1, 2)
+    phase = -180.0 + 60.0 * np.cos(np.log(omega / 10.0))
+    for axes, lines in ((above, (20.0 - 20.0 * np.log10(omega), np.full(400, 2.4))), (below, (phase,))):
+        axes.set_xscale("log")
+        for line in lines:
+            axes.plot(omega, line)
+    phases = [(0, float(np.interp(at, omega, phase)) + 180.0, at) for at in (10.0, 10.0 * apart)]
     figure.draw_without_rendering()
-    mark(axes, 0, 20.0, 0.0, 4.8, "4.8 dB")
-    box = axes.texts[0].get_window_extent()
-    for line in axes.lines[:2]:
-        points = axes.transData.transform(line.get_xydata())
-        assert not np.all((points > box.min) & (points < box.max), axis=1).any()
+    mark_margins(above, below, OpenLoop((), omega, omega, None, phases, ()))
+    boxes = [one.get_window_extent() for one in below.texts]
+    assert len(boxes) == 2 and not boxes[0].overlaps(boxes[1])
+    for box in boxes:
+        for line in below.lines:
+            x, y = below.transData.transform(line.get_xydata()).T
+            points = np.stack([np.interp(np.linspace(0, 1, 500), np.linspace(0, 1, len(x)), one) for one in (x, y)], axis=1)
+            assert not np.all((points > box.min) & (points < box.max), axis=1).any()
 
 
 def test_many_kinks_are_counted_and_few_are_named():

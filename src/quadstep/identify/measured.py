@@ -94,17 +94,22 @@ class MeasuredLoop(NamedTuple):
         return stable_gain_margin(Estimate(-value, -high, -low))
 
     @property
-    def shares(self) -> list[Estimate]:
+    def shares(self) -> dict[str, Estimate]:
         """The margins that are known, in units of a sound loop's."""
-        gains = [(one, LEAST_GAIN) for one in (self.gain_up, self.gain_down) if one]
-        gains += [(Estimate(self.floor, self.floor, math.inf), LEAST_GAIN)] if self.floor is not None else []
-        phases = [(self.phase.value, LEAST_PHASE)] if self.phase else []
-        return [Estimate(*(end / least for end in one)) for one, least in gains + phases]
+        floor = Estimate(self.floor, self.floor, math.inf) if self.floor is not None else None
+        gains = {"gain margin upwards": self.gain_up, "gain margin downwards": self.gain_down or floor}
+        known = {name: (one, LEAST_GAIN) for name, one in gains.items() if one}
+        known |= {"phase margin": (self.phase.value, LEAST_PHASE)} if self.phase else {}
+        return {name: Estimate(*(end / least for end in one)) for name, (one, least) in known.items()}
+
+    @property
+    def lacking(self) -> list[str]:
+        """The margins that are below those of a sound loop with 95 % confidence."""
+        return [name for name, one in self.shares.items() if one.high < 1.0]
 
     @property
     def fragile(self) -> bool:
-        """Whether a margin is below that of a sound loop with 95 % confidence."""
-        return any(one.high < 1.0 for one in self.shares)
+        return bool(self.lacking)
 
     @property
     def sound(self) -> bool:
@@ -112,7 +117,7 @@ class MeasuredLoop(NamedTuple):
         them is unknown.
         """
         doubtful = any(sized(one.value).low < LEAST_PHASE for one in self.open)
-        return len(self.shares) == 3 and not doubtful and all(one.low >= 1.0 for one in self.shares)
+        return len(self.shares) == 3 and not doubtful and all(one.low >= 1.0 for one in self.shares.values())
 
     @property
     def doubtful(self) -> bool:

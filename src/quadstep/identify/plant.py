@@ -71,8 +71,8 @@ class IdentifiedPlant(NamedTuple):
                 f"{math.sqrt(self.misfit):.2g} times the noise), so it is not known how far the gains could rise."
             )
         return (
-            f"The plant that explains it: {effect:.3g} rad/s² of the whole command, with a lag of {1e3 * lag:.3g} ms and a "
-            f"delay of {1e3 * delay:.3g} ms. It predicts the loop beyond what was excited, apart from "
+            f"A plant explains it: the whole command gives {effect:.3g} rad/s², with a lag of {1e3 * lag:.3g} ms and a delay "
+            f"of {1e3 * delay:.3g} ms. It predicts the loop beyond what was excited, apart from "
             f"{self.hidden.words.removesuffix(',')}."
         )
 

@@ -189,14 +189,15 @@ def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
             axes.set_xlabel("frequency [rad/s]")
             axes.xaxis.set_major_formatter(Powers())
             axes.yaxis.set_major_formatter(plain())
-        above.legend(loc="upper right", ncols=2)
+        above.legend(loc="lower left")
 
 
 def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
     """The phase margins where curves cross 0 dB, and the gain margins where they cross -180°, each with its number."""
+    marks: list[tuple[Axes, int, float, float, float, str]] = []
     for place, degrees, at in shown.phases:
         turned = np.array(np.interp(at, shown.omega, np.asarray(below.lines[place].get_ydata())))
-        mark(below, place, at, float(whole_turns(turned)), float(turned), f"{degrees:.1f}°")
+        marks.append((below, place, at, float(whole_turns(turned)), float(turned), f"{degrees:.1f}°"))
         above.plot([at], [0.0], "o", markersize=4, color=above.lines[place].get_color())
     for place, gain in shown.gains:
         size, phase = (np.asarray(axes.lines[place].get_ydata()) for axes in (above, below))
@@ -204,10 +205,20 @@ def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
         found = np.flatnonzero((off[:-1] * off[1:] <= 0.0) & (np.abs(off[:-1] - off[1:]) < 90.0))
         near = int(min(found, key=lambda k: abs(size[k] + gain), default=-1))
         if near >= 0 and abs(size[near] + gain) < NEAR_ENOUGH:
-            mark(above, place, shown.omega[near], 0.0, -gain, f"{abs(gain):.1f} dB")
+            marks.append((above, place, shown.omega[near], 0.0, -gain, f"{abs(gain):.1f} dB"))
             below.plot(
                 [shown.omega[near]], [whole_turns(phase[near])], "o", markersize=4, color=below.lines[place].get_color()
             )
+    for axes, place, at, *ends, _ in marks:
+        axes.plot([at, at], ends, color=axes.lines[place].get_color(), linewidth=2.0, marker="_", markersize=7)
+    for axes in (above, below):
+        bars = [axes.transData.transform([(at, one) for one in ends]) for on, _, at, *ends, _ in marks if on is axes]
+        bars += [
+            np.array([[axes.bbox.x0, one[0, 1]], [axes.bbox.x1, one[0, 1]]]) for one in bars
+        ]  # the lines that they begin on
+        for on, place, at, *ends, text in marks:
+            if on is axes:
+                bars.append(label(axes, place, at, 0.5 * sum(ends), text, bars))
 
 
 def whole_turns(phase: Array) -> Array:
@@ -215,23 +226,30 @@ def whole_turns(phase: Array) -> Array:
     return 360.0 * np.asarray(np.round((phase + 180.0) / 360.0)) - 180.0
 
 
-def mark(axes: Axes, place: int, at: float, line: float, end: float, text: str) -> None:
-    """A margin: from the line to a curve, with its number beside it where the fewest curves are."""
-    color, middle = axes.lines[place].get_color(), 0.5 * (line + end)
+def label(axes: Axes, place: int, at: float, middle: float, text: str, taken: Sequence[Array]) -> Array:
+    """The number of a margin, beside the middle of its bar where the fewest curves are; returns the ends of its box. taken:
+    ends of bars, lines and boxes that it should not cover, in pixels.
+    """
     x, y = axes.transData.transform((at, middle))
     point = axes.figure.dpi / 72.0
     wide, high = (size * rcParams["font.size"] * point for size in (LETTER * len(text), 1.2))
 
-    def behind(place: tuple[float, float]) -> int:
-        near, low = x + place[0] * point, y + place[1] * point - 0.5 * high
-        return crossed(axes, np.sort([near, near + math.copysign(wide, place[0])]), np.array([low, low + high]))
+    def box(aside: float, up: float) -> Array:
+        near, low = x + aside * point, y + up * point - 0.5 * high
+        return np.array([sorted([near, near + math.copysign(wide, aside)]), [low, low + high]]).T
 
-    aside, up = min(((side, up) for up in (0.0, 14.0, -14.0, 28.0, -28.0) for side in (6.0, -6.0)), key=behind)
-    axes.plot([at, at], [line, end], color=color, linewidth=2.0, marker="_", markersize=7)
+    def behind(place: tuple[float, float]) -> int:
+        ends = box(*place)
+        hidden = [(one.max(axis=0) >= ends[0]).all() and (one.min(axis=0) <= ends[1]).all() for one in taken]
+        outside = not axes.bbox.x0 < ends[0, 0] < ends[1, 0] < axes.bbox.x1
+        return crossed(axes, *ends.T) + 100 * (sum(hidden) + outside)
+
+    aside, up = best = min(((side, up) for up in (0.0, 14.0, -14.0, 28.0, -28.0, 42.0) for side in (6.0, -6.0)), key=behind)
     axes.annotate(
         text, (at, middle), (aside, up), textcoords="offset points", ha="left" if aside > 0.0 else "right", va="center",
-        color=color, bbox=CLEAR, zorder=1.5,
+        color=axes.lines[place].get_color(), bbox=CLEAR, zorder=1.5,
     )  # fmt: skip
+    return box(*best)
 
 
 def draw_nyquist(path: Path, shown: OpenLoop, sheet: Sheet) -> None:

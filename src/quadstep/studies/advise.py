@@ -165,7 +165,7 @@ def evidence(
             "factor": advice and advice.factor, "changes": {name: then for name, (_, then) in new.items()},
         },
         facts=facts(now, advice),
-        figures=[Figure(f"{FIGURES}/bode", caption(now, advice), label="Open loop")],
+        figures=[Figure(f"{FIGURES}/bode", caption(now, advice, model), label="Open loop")],
         sections=[one for one in tables if one.rows],
         more=more,
         fold=("filters", "symptoms"),
@@ -207,23 +207,24 @@ def loops(flight: Excited, now: MeasuredLoop, model: ModelledLoop | None, advice
     return OpenLoop(channels, found.omega, np.stack([*drawn.values()], axis=1), half / np.abs(found.opened), phases, gains)
 
 
-def caption(now: MeasuredLoop, advice: Advice | None) -> str:
+def caption(now: MeasuredLoop, advice: Advice | None, model: ModelledLoop | None = None) -> str:
     """What to see in the open loop."""
     assert now.phase
     said = (
         "The open loop at the controller's command, measured with its 95 % interval. Where |L| crosses 0 dB, at "
         f"{hertz(now.phase.at)[0]}, its phase is {degrees(now.phase.value)[0]} from -180°"
     )
-    if advice is None or advice.expected.phase is None:
-        return f"{said}."
-    then = advice.expected.phase
-    return f"{said}; with the advised changes (dashed) it crosses at {hertz(then.at)[0]}, {degrees(then.value)[0]} from -180°."
+    if advice and (then := advice.expected.phase):
+        said += f"; with the advised changes (dashed) it crosses at {hertz(then.at)[0]}, {degrees(then.value)[0]} from -180°"
+    modelled = "; “modelled” is the mission's loop" * bool(model)
+    return f"{said}. The bars are these distances and, left, the gain margins that are known{modelled}."
 
 
 HEADER = ("", "crossover [rad/s]", "phase margin [°]", "gain up [dB]", "gain down [dB]")
 METHOD = (
-    "The open loop at the controller's command, outer loops included, by an excitation that was added to it or came from the "
-    "setpoint; no resonance beyond counts. The 95 % intervals come from the part of the command that this leaves unexplained."
+    "The open loop at the controller's command, outer loops included, measured with an excitation that was added to the "
+    "command or came from the setpoint. Resonances beyond the excited frequencies do not count. The 95 % intervals come from "
+    "the part of the command that the excitation does not explain."
 )
 
 
@@ -250,7 +251,7 @@ def margin_rows(
         rows.append((f"model: {model.name}", f"{one.phase_at:.3g}", f"{math.degrees(one.phase):.1f}", *gains))
     if advice:
         changed = [f"{name} {loop.valued(name, new[name][1])}" for name in advice.others] if loop else []
-        changed += [f"gains x {advice.factor:.2f}"] if advice.factor != 1.0 or not changed else []
+        changed += [f"gains × {advice.factor:.2f}"] if advice.factor != 1.0 or not changed else []
         rows.append((f"expected, {', '.join(changed)}", *advice.expected.cells))
     return rows
 
@@ -270,9 +271,7 @@ def sentence(flight: Excited, now: MeasuredLoop) -> str:
     """The margins."""
     assert now.phase
     phase, at = degrees(now.phase.value), hertz(now.phase.at)
-    known = now.up is not None, now.down is not None or now.floor is not None
-    ways = zip(("up", "down"), known, now.gains(" dB"), strict=True)
-    gains = [f"{way} by {one}" if is_known else f"{way}wards {one}" for way, is_known, one in ways]
+    gains = [f"{way} {one}" for way, one in zip(("upwards", "downwards"), now.gains(" dB"), strict=True)]
     by = "According to the fitted plant, the" if now.by_plant else "The"
     if flight.changed:
         by = f"{listed(flight.changed)} changed in this log, so these may be the margins of no single loop. {by}"
@@ -282,7 +281,7 @@ def sentence(flight: Excited, now: MeasuredLoop) -> str:
     hidden = f", unless {now.hidden.words} leaves less" if now.hidden and less else ""
     return (
         f"{by} loop of {flight.axis} has a phase margin of {phase[0]} ({phase[1]}) at {at[0]} ({at[1]}); "
-        f"its gain margin is {', '.join(gains)}{hidden}."
+        f"gain margins: {', '.join(gains)}{hidden}."
     )
 
 
@@ -292,7 +291,7 @@ def next_steps(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Seq
     untold = f"excite {' and '.join(wider)}: its phase crosses -180° outside what was excited" if wider else ""
     where = f"between {now.lowest:.3g} and {now.highest:.3g} rad/s, where it was excited"
     if now.fragile:
-        first = f"A sound loop has {asked}, this one less"
+        first = f"A sound loop has {asked}; this one lacks {listed(now.lacking)}"
     elif now.grade == SOUND:
         first = f"A sound loop has {asked}, and so does this one {where}"
         first += "" if now.hidden else "; a resonance beyond is not judged"
@@ -330,7 +329,7 @@ def expected_result(flight: Excited, advice: Advice) -> str:
     scaled = [f"{gains} times {advice.factor:.2f}"] if advice.factor != 1.0 else []
     phase = degrees(expected.phase.value)
     by = "plant" if expected.by_plant else "measured response"
-    said = f"{' and '.join([', '.join(changed)] * bool(changed) + scaled)}: by the {by} that gives {phase[0]} ({phase[1]})"
+    said = f"{' and '.join([', '.join(changed)] * bool(changed) + scaled)}: by the {by}, this gives {phase[0]} ({phase[1]})"
     if expected.by_plant and expected.gain_up:
         said += f" and {spelled(expected.gain_up, '.1f')} dB upwards"
     if expected.hidden and expected.doubtful:
@@ -370,8 +369,10 @@ def further_remarks(flight: Excited, now: MeasuredLoop) -> Sequence[str]:
         f"The gain also crosses 1 at {one.at.value:.3g} rad/s; the excitation does not determine the phase margin there."
         for one in now.open
     ]
-    noise = f"{100 * flight.noise:.0f} % of the command's deviation lies above the excited frequencies: noise"
+    noise = f"Noise above the excited frequencies makes {100 * flight.noise:.0f} % of the command's standard deviation"
     if flight.loop:
         share = loud(flight)
-        noise += f", {100 * share:.2g} % of the whole command, {'more' if share > NOISY else 'less'} than {100 * NOISY:g} %"
+        noise += (
+            f". That is {100 * share:.2g} % of the whole command, {'more' if share > NOISY else 'less'} than {100 * NOISY:g} %"
+        )
     return [*said, f"{noise}."]
