@@ -96,7 +96,7 @@ def started(
 
 
 def flown(target: str, program: Path, one: Scenario, folder: Path) -> Row:
-    """A scenario, and what came of it."""
+    """A scenario, and its result."""
     sitl = SITL[target]
     number, (port, mavlink, *more) = instance(sitl)
     reached = sitl.reached.format(mavlink)

@@ -27,7 +27,7 @@ LONGEST = 900
 
 
 class Ran(NamedTuple):
-    """What came of a listing. line: of the page, from 1. status: ran, checked, not run, or failed."""
+    """The result of a listing. line: of the page, from 1. status: ran, checked, not run, or failed."""
 
     line: int
     status: str

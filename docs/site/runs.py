@@ -31,7 +31,7 @@ def folder_of(page: Path, runs: Path) -> Path:
 
 
 def results(page: Path, runs: Path) -> list[Ran]:
-    """What came of the listings of a page when it ran last; nothing if it never did."""
+    """The results of a page's listings when it last ran; nothing if it never did."""
     file = folder_of(page, runs).with_suffix(".json")
     return [Ran(**one) for one in json.loads(file.read_text(encoding="utf-8"))] if file.is_file() else []
 
@@ -54,7 +54,7 @@ def run_one(page: Path, runs: Path, source: str) -> list[Ran]:
 
 
 def run_pages(pages: list[Path], runs: Path, jobs: int) -> Iterator[tuple[Path, list[Ran]]]:
-    """Each page with what came of its listings, as they are done."""
+    """Each page with the results of its listings, as they are done."""
     runs.mkdir(parents=True, exist_ok=True)
     source = source_digest()
     with ThreadPoolExecutor(jobs) as pool:

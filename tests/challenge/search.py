@@ -51,7 +51,7 @@ class Search(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What came of a search. nearest: the attempt that came closest; error: a traceback, if the search itself failed."""
+    """The result of a search. nearest: the attempt that came closest; error: a traceback, if the search itself failed."""
 
     name: str
     tried: int

@@ -59,7 +59,7 @@ measured, estimated, usual = (partial(number_from, kind) for kind in ("measured"
 
 def share(spread: float) -> str:
     """How sure a number is, in words: one standard deviation."""
-    return f"+-{100 * spread:.2g} %"
+    return f"±{100 * spread:.2g} %"
 
 
 def through_origin(x: Floats, y: Floats) -> tuple[float, float]:
@@ -307,7 +307,7 @@ def vehicle_of(sheet: Datasheet, estimate: VehicleEstimate) -> AirframeSection:
             "battery.efficiency": estimate.efficiency.source,
             "command.speed": estimate.fastest.source, "command.exponent": estimate.exponent.source,
             "command.voltage_exponent": estimate.voltage_exponent.source,
-            "command.nominal_voltage": "where command.speed holds", "command.delay": "usual: 10 ms, +-50 %",
+            "command.nominal_voltage": "where command.speed holds", "command.delay": "usual: 10 ms, ±50 %",
         },
     }  # fmt: skip
     return AirframeSection.model_validate(content)

@@ -116,7 +116,7 @@ class ControllerSection(Section):
 
     type: str
     _saved: CompletedTable = PrivateAttr(CompletedTable({}))
-    """What came of a file of parameters."""
+    """What a file of parameters became."""
 
     @property
     def left(self) -> tuple[str, ...]:

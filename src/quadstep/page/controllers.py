@@ -144,7 +144,7 @@ def page_conditions(controller: Law, plan: FlightPlan, model: Model) -> tuple[Co
 
     model: of the vehicle; what the plan holds of it varies.
     """
-    if not isinstance(plan.parameters.gains, controller.Gains):  # prepared: the page has only what came of the gains
+    if not isinstance(plan.parameters.gains, controller.Gains):  # prepared: the page has only what the gains became
         return ()
     record = Record()
     named = zip(leaf_names(plan.parameters), flatten(plan.parameters), strict=True)

@@ -1,6 +1,6 @@
 """A class: students submit gains or missions, never code; each is flown on this machine and ranked by a metric.
 
-Of every student are kept what came of the submissions (`ATTEMPTS`), and two flights: the best and the latest.
+Of every student are kept the results of the submissions (`ATTEMPTS`), and two flights: the best and the latest.
 """
 
 import contextlib

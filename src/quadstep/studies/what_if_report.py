@@ -146,7 +146,7 @@ def evidence(
             markup.Fact(f"fail in gusts, {name}", units.percent(one.value), f"95 % interval: {units.percent(*one)}")
             for name, one in zip(SIDES, failed, strict=False)
         ],
-        figures=[Figure(PICTURE, caption(steps, instead), label="Step")],
+        figures=[Figure(PICTURE, caption(picture(*(one.step for one in sides)), instead), label="Step")],
         sections=tables,
         warnings=[*hidden_effects(question), *mission.controller.warnings(mission.modelled)],
         grade={"grade": sides[1].grade.word, "why": sides[1].grade.why},
@@ -160,13 +160,16 @@ def idle(sides: tuple[Side, Side]) -> bool:
     return all(np.array_equal(old, new, equal_nan=True) for old, new in zip(*both, strict=True))
 
 
-def caption(steps: Sequence[dict[str, float]], instead: Sequence[str]) -> str:
-    """What to see of the step: what it measures, before and after. instead: of numbers that would mean nothing."""
+def caption(steps: FigureJob, instead: Sequence[str]) -> str:
+    """What to see of the step: where the change shows most. instead: why numbers of either step mean nothing, if they do."""
     said = []
-    for (words, unit), *both in zip(map(units.metric, steps[0]), *(step.values() for step in steps), strict=True):
-        old, new = (word or f"{units.number(one)} {unit}" for word, one in zip(instead, both, strict=True))
-        said.append(f"{words.strip()} {old} before, {new} after")
-    return f"A step of {STEP:g} m along x and y in calm air: {'; '.join(said)}."
+    for panel in steps.panels:
+        apart = np.abs(np.subtract(*panel.lines.values()))
+        if (most := float(apart.max())) > 0.0:
+            said.append(f"{units.quantity(most, panel.unit)} in {panel.label} (at {steps.t[apart.argmax()]:.3g} s)")
+    differ = f"Before and after differ by at most {units.listed(said)}." if said else "Before and after are the same."
+    ends = "".join(f" {word.capitalize()} {name} the change." for word, name in zip(instead, SIDES, strict=True) if word)
+    return f"A step of {STEP:g} m along x and y in calm air. {differ}{ends}"
 
 
 def hidden_effects(question: Question) -> list[str]:
