@@ -250,18 +250,8 @@ class Laws:
 
     def facts(self) -> dict[str, dict[str, object]]:
         """What the page must know of each law."""
-        return {
-            name: {
-                "names": law.names,
-                "starts": law.starts,
-                "tables": law.tables,
-                "columns": law.columns,
-                "tasks": law.tasks,
-                "neurons": neurons(law.names),
-                "net": law.net,
-            }
-            for name, law in self.laws.items()
-        }
+        known = {name: law._asdict() | {"neurons": neurons(law.names)} for name, law in self.laws.items()}
+        return {name: {key: value for key, value in law.items() if key != "text"} for name, law in known.items()}
 
     def script(self) -> str:
         return f"globalThis.quadstepLaws={json.dumps({name: law.text for name, law in self.laws.items()})};"
