@@ -289,10 +289,10 @@ def test_the_report_holds_all_figures_and_tables(page, report, claims, metrics):
     judged, full, cases, starts, stress, chosen = page.tables
     assert [row[0] for row in judged[1:]] == [shown(claim["name"]) for claim in claims]
     assert [row[-1] for row in judged[1:]] == [claim["verdict"] for claim in claims]
-    assert [row[2] for row in full[1:]] == [shown(claim["measured"]) for claim in claims]
-    assert all(long[2].startswith(brief[2]) for brief, long in zip(judged[1:], full[1:], strict=True))
-    assert max(len(row[2]) for row in judged[1:]) < 200, "a line or two"
-    assert all(row[column].endswith(".") for table, column in ((judged, 2), (full, 2)) for row in table[1:]), "sentences"
+    assert [row[3] for row in full[1:]] == [shown(claim["measured"]) for claim in claims]
+    assert all(long[3].startswith(brief[1]) for brief, long in zip(judged[1:], full[1:], strict=True))
+    assert max(len(row[1]) for row in judged[1:]) < 200, "a line or two"
+    assert all(row[column].endswith(".") for table, column in ((judged, 1), (full, 3)) for row in table[1:]), "sentences"
     assert report.index('id="claims"') < report.index("<figure"), "the claims come first"
     assert "off in x and y, the paper's controller is lost" in html.unescape(report)
     failing = [place for place, claim in enumerate(claims, start=1) if claim["verdict"] == "fails"]

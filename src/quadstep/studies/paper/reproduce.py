@@ -215,9 +215,10 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
     lost = losses(starts)
     seen = {n: to_see(n, claims, study.logs["case2"]) for n in CAPTIONS}
     figures = [Figure(f"fig{n:02d}", f"Fig. {n}: {caption}. {seen[n]}") for n, caption in CAPTIONS.items()]
-    judged = [(c.name, c.case, briefly(c.measured), (c.verdict, c.verdict)) for c in claims]
+    judged = [(c.name, briefly(c.measured), (c.verdict, c.verdict)) for c in claims]
     anchors = [f"claim-{i}" for i, _ in enumerate(claims, 1)]
-    in_full = markup.table(("claim", "the paper's sentence", "measured"), [(c.name, c.sentence, c.measured) for c in claims])
+    all_said = [(c.name, c.case, c.sentence, c.measured) for c in claims]
+    in_full = markup.table(("claim", "flights", "the paper's sentence", "measured"), all_said)
     return Evidence(
         name="The paper, flown and judged",
         kind="Reproduction",
@@ -231,10 +232,10 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
                   f"starts and with {len(NESTED_GAINS)} sets of gains of [11]: the paper gives neither. {lost}"),
             markup.links([("page.html", "Fly these flights in your browser")]) if flying else "",
             markup.heading("The paper's claims and the measurements", "claims"),
-            markup.table(("claim", "flights", "measured", "verdict"), judged, anchors=anchors),
+            markup.table(("claim", "measured", "verdict"), judged, anchors=anchors),
             TableSection(text=RULE),
             TableSection(text=SOURCES),
-            markup.disclosure("The paper's sentences, and all that was measured", in_full),
+            markup.disclosure("The paper's sentences, the flights, and all that was measured", in_full),
             markup.heading("The paper's figures, flown again", "figures"),
             TableSection(text="Captions compare with the text of the paper; its printed pictures were not at hand."),
             *figures,
