@@ -184,9 +184,9 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     assert (cut in answer(found)) == lost
     assert [row[-1] for row in tables(found).ways] == [("holds", "holds"), ("not judged", "open")]
     assert [one.value for one in facts(found)] == (
-        ["violated", f"none of {len(found.r)}", "not tested", "lost"]
+        ["violated", f"none of {len(found.r):,}", "not tested", "lost"]
         if lost
-        else ["hold", f"none of {len(found.r)}", "not tested", "completed"]
+        else ["hold", f"none of {len(found.r):,}", "not tested", "completed"]
     )
 
 
@@ -197,7 +197,7 @@ def test_what_follows_the_judged_part_is_the_flights_own_error_and_is_drawn():
     whole = np.hypot(log.column("norm_r1"), log.column("norm_r2"))
     np.testing.assert_allclose(np.append(found.r, found.later), whole, rtol=1e-9)
     assert whole[len(found.r) :].max() > found.b_r  # so that "the error never left the ball" is said of the judged part only
-    assert "Nor would the flight test the theorem: the error never left the ball b_r" in answer(found)
+    assert "The flight would not test the theorem either: the error never left the ball b_r" in answer(found)
     assert f"|r| reached {whole.max():.4g}, beyond b_r = {found.b_r:.4g}." in answer(found)
     (job, _) = figures_of(found, "lost")
     lines = job.panels[0].lines
@@ -218,7 +218,7 @@ def test_one_example_tests_the_theorem_as_the_others_say():
         False,
         0.0,
     )
-    assert "L fell at each of the 32 samples, of 2001, that lie outside the ball b_r." in answer(found)
+    assert "L fell at each of the 32 of 2,001 samples that lie outside the ball b_r." in answer(found)
     assert np.abs(found.lyapunov.coupling).max() == 0.0
 
 

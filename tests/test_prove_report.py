@@ -3,7 +3,9 @@
 import html
 import re
 import tomllib
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -83,6 +85,16 @@ def test_the_tube_is_drawn_as_a_band_along_every_axis_in_one_unit(tmp_path, unit
     assert {one.get_ylabel().partition("[")[2] for one in axes} == {f"{unit}]"}
     assert all(len(one.collections) >= 1 for one in axes)
     figure.draw(tmp_path)
+
+
+def test_progress_is_told_with_its_total(proved, monkeypatch):
+    told = []
+    monkeypatch.setattr(
+        "quadstep.proofs.prove.run.bar", lambda *_: nullcontext(SimpleNamespace(to=lambda *one: told.append(one)))
+    )
+    prove_mission(proved[1], others=Unknown(start=1e-4))
+    samples = SampledLoop(Mission.model_validate(tomllib.loads(MISSION)).plan()).samples
+    assert told[0][:2] == (0, samples) and told[-1][:2] == (samples, samples)
 
 
 def test_the_band_is_the_tube_of_the_proof(proved):

@@ -87,10 +87,10 @@ def answer(c: FlightCertificate) -> str:
         if len(broken) == 1
         else f"conditions that it needs{unprinted} are violated",
         "untested": f". {TESTS_IT}" * (not lost),
-        "sign consistent": f" of the {c.outside.sum()} samples, of {len(c.outside)}, that lie outside the ball b_r",
+        "sign consistent": f" of the {c.outside.sum():,} of {len(c.outside):,} samples that lie outside the ball b_r",
         "rising between samples": f": {rises(c)}",
-        "contradicted": f". At {contradicting(c).sum()} of the {c.outside.sum()} samples outside the ball b_r, L_dot was not "
-        f"negative, mostly because of {TERMS[culprit(c)][1]}",
+        "contradicted": f". At {contradicting(c).sum():,} of the {c.outside.sum():,} samples outside the ball b_r, L_dot was "
+        f"not negative, mostly because of {TERMS[culprit(c)][1]}",
     }
     began = f"The flight was lost at {c.ended:.4g} s; up to {c.until:.3g} s it" if lost else "This flight"
     said = [f"{began} {ANSWERS[what]}{more[what]}."]
@@ -98,7 +98,7 @@ def answer(c: FlightCertificate) -> str:
         said.append(f"What fails: {'; '.join(broken)}. What would repair it, at this thrust and these attitudes: ")
         said[-1] += f"{units.listed(c.conditions.repairs())}."
     if what == "conditions broken" and c.b_r and not c.outside.any():
-        said.append(f"Nor would the flight test the theorem: {INSIDE}.")
+        said.append(f"The flight would not test the theorem either: {INSIDE}.")
     said.append(raised_by(c))
     if c.undefined:
         beyond = f", beyond b_r = {c.b_r:.4g}" if c.b_r and c.later.max() > c.b_r else ""
@@ -112,11 +112,15 @@ def facts(c: FlightCertificate) -> list[Fact]:
     broken, count, rising = c.conditions.broken(), int(c.outside.sum()), int((c.outside & ~(c.lyapunov.rate < 0.0)).sum())
     none = "not tested", "no sample is there" if c.b_r else "there is no ball"
     leaps = standing(c) == "rising between samples"
-    fell = ("undecided", rises(c)) if leaps else ("fell", f"L_dot < 0 at all {count} samples outside b_r")
-    rose = "rose", f"at {rising} of {count} samples outside b_r"
+    fell = ("undecided", rises(c)) if leaps else ("fell", f"L_dot < 0 at all {count:,} samples outside b_r")
+    rose = "rose", f"at {rising:,} of {count:,} samples outside b_r"
     return [
         Fact("conditions of the proof", "violated" if broken else "hold", "; ".join(broken)),
-        Fact("samples outside the ball b_r", f"{count or 'none'} of {len(c.r)}", f"largest |r| = {c.r.max():.4g}, {ball(c)}"),
+        Fact(
+            "samples outside the ball b_r",
+            f"{f'{count:,}' if count else 'none'} of {len(c.r):,}",
+            f"largest |r| = {c.r.max():.4g}, {ball(c)}",
+        ),
         Fact("L outside the ball", *(none if not count else rose if rising else fell)),
         Fact("the flight", "completed" if c.outcome is Outcome.COMPLETED else "lost", f"at {c.ended:.4g} s"),
     ]

@@ -39,7 +39,7 @@ def hover_for_ever(
     begun = loop.at_rest(loop.like) if kept.own else at.state.tolist()
     says = [
         "proved: " + sentence(unknown, start, begun[: len(axes)], kept.own, loop.period, within(axes, position.tolist())),
-        f"What stopped a larger set: {kept.found.limit}.",
+        f"No larger set was found: {kept.found.limit}.",
     ]
     if not enough:
         says = [f"undecided: starts within {length(unknown.start, digits=6)} were requested, and less is proved.", *says]

@@ -35,7 +35,7 @@ def of_tube(loop: SampledLoop, error: Array, bound: Array) -> list[FigureJob]:
     caption = (
         "Line: how far the mission's own flight is from its path. Band: where every other flight is proved to be. It is "
         f"widest along {units.listed(along)}, {widest} to each side at {units.quantity(at, 's')}; "
-        "where none is seen, it is thinner than the line."
+        "where no band is seen, it is thinner than the line."
     )
     return [FigureJob("tube", caption, time, panels, len(panels))]
 
@@ -88,8 +88,8 @@ def of_departure(loop: SampledLoop, leaves: Departure) -> list[FigureJob]:
     time: Array = np.arange(len(flown), dtype=np.float64) * loop.period
     out = int(np.argmax(share > 1.0))
     caption = (
-        "The flight from the state in the table: the number that has used most of its half of the box, and the edge of the "
-        f"box, which it crosses after {time[out]:.3g} s; proved is that it does within {leaves.seconds:.3g} s."
+        "The flight from the state in the table, by the number that has used most of its half of the box. It crosses the edge "
+        f"of the box after {time[out]:.3g} s; that it does within {leaves.seconds:.3g} s is proved."
     )
     lines = {"flown": share, "edge of the box": np.ones(len(flown))}
     return [FigureJob("departure", caption, time, [Panel("share of the box", "-", lines, LOG)])]

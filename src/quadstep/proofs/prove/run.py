@@ -86,7 +86,7 @@ def prove_mission(
             return left_hover(mission.name, loop, unknown, kept)
         if not isinstance(kept, str):
             found_set = hover_for_ever(mission.name, path, text, loop, unknown, kept, out)
-            return found_set._replace(settings=settings(loop, unknown, "one that no sample leaves, a product over modes"))
+            return found_set._replace(settings=settings(loop, unknown, "an invariant set, a product over the modes"))
         why = kept
     flown, log = loop.flown()
     if log.outcome is not Outcome.COMPLETED:
@@ -95,7 +95,7 @@ def prove_mission(
     chosen, axes = coordinates(loop, flown, unknown), len(plan.loop.plant.axes)
     refuse_singular(path, loop, flown, unknown, chosen)
     with bar("proving", "samples", loop.samples) as progress:
-        shown = Count(progress).add
+        shown = Count(progress, loop.samples).add
         result = tube(loop, flown, unknown, chosen, axes, shown)
     apart = flown[:, :axes] - path_samples(loop, len(flown))
     off, bound = np.abs(apart), result.position * 1.001
