@@ -11,10 +11,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pyarrow.parquet as pq
+import pytest
 
 from quadstep.mission.check import check
 from quadstep.studies.campaign.schema import CampaignFile, read_campaign
-from tests.commands import heeding_interrupts, quadstep
+from tests.commands import heeding_interrupts, quadstep, without_grade
 from tests.needs import PS, without
 from tests.patience import PATIENCE
 
@@ -113,11 +114,13 @@ REPORT = "quadstep.studies.campaign.report"
 
 @contextmanager
 def no_report():
-    """The report takes seconds to draw, and is tested by itself."""
+    """The report takes seconds to draw, as the grade of the loop at rest takes to find; both are tested by themselves."""
     before = sys.modules.get(REPORT)
     sys.modules[REPORT] = SimpleNamespace(write_report=lambda *_: [])
     try:
-        yield
+        with pytest.MonkeyPatch.context() as patch:
+            without_grade(patch)
+            yield
     finally:
         del sys.modules[REPORT]
         if before is not None:
@@ -127,10 +130,11 @@ def no_report():
 WITHOUT_REPORT = (
     "import sys, types\n"
     f"sys.modules['{REPORT}'] = types.SimpleNamespace(write_report=lambda *_: [])\n"
+    "sys.modules['quadstep.linear.grade'] = types.SimpleNamespace(quick_grade=lambda _: {})\n"
     "from quadstep.commands import cli\n"
     "cli.main()"
 )
-"""The command line, but for the report."""
+"""The command line, but for the report and the grade."""
 
 
 def fly(path, out, *more):

@@ -74,6 +74,11 @@ def without_figures(monkeypatch):
         monkeypatch.setattr(f"quadstep.studies.{module}.drawing_pool", lambda *_: nullcontext())
 
 
+def without_grade(monkeypatch):
+    """Leave out the grade of the loop at rest, which takes up to seconds for each new loop, where it is not the point."""
+    monkeypatch.setattr("quadstep.linear.grade.quick_grade", lambda _: {})
+
+
 ISSUE_COLUMNS = """t[s] x[m] y[m] z[m] psi[rad] theta[rad] phi[rad] x_d[m] y_d[m] z_d[m] psi_d[rad] theta_d[rad] phi_d[rad]
 u[N] tau_psi[N_m] tau_theta[N_m] tau_phi[N_m] f1[N] f2[N] f3[N] f4[N]""".replace("N_m", "N#m").split()
 

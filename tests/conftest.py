@@ -17,7 +17,7 @@ from quadstep.commands.cli import SELDOM
 from quadstep.report import bars
 from tests import durations
 from tests.browsers import browsers, chromium, open_page  # noqa: F401 (fixtures)
-from tests.commands import without_figures
+from tests.commands import without_figures, without_grade
 from tests.needs import NEEDS, POLICY, Need, needs
 
 ROOMS = "certify", "completion", "proofs", "prove", "region", "theory", "verify"
@@ -39,6 +39,11 @@ sys.warnoptions.append("default")  # the command line hides warnings of librarie
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     without_figures(monkeypatch)
+
+
+@pytest.fixture
+def ungraded(monkeypatch: pytest.MonkeyPatch) -> None:
+    without_grade(monkeypatch)
 
 
 @pytest.fixture

@@ -12,6 +12,8 @@ from quadstep.report import units
 from quadstep.vehicle.in_space import airframe_columns
 from tests.commands import columns, files, quadstep, strict_json, without_figures, write
 
+pytestmark = pytest.mark.usefixtures("ungraded")
+
 FLIGHT = """\
 name = "In the wind"
 seed = 7

@@ -19,7 +19,7 @@ from quadstep.studies.campaign.store import opened, parquet
 from tests.campaigns import MASS, campaign, flights, fly, leftovers, manifest, refused, rows, written
 from tests.commands import quadstep
 
-pytestmark = pytest.mark.usefixtures("no_figures")
+pytestmark = pytest.mark.usefixtures("no_figures", "ungraded")
 
 HEAD = "chunk = 16\nflights = 40\n"
 

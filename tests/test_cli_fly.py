@@ -10,6 +10,8 @@ from quadstep import __version__
 from quadstep.mission import lagrange
 from tests.commands import ISSUE_COLUMNS, LINE, columns, files, quadstep, quadstep_process, strict_json, without_figures, write
 
+pytestmark = pytest.mark.usefixtures("ungraded")
+
 NAME = "[red]x[/red] $\\alpha$ <script>alert(1)</script> & {curly} %s :rocket:"
 PICTURES = {"path", "position", "attitude", "inputs", "learning"}
 

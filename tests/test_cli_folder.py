@@ -7,7 +7,7 @@ import pytest
 
 from tests.commands import LINE, files, quadstep, write
 
-pytestmark = pytest.mark.usefixtures("no_figures")
+pytestmark = pytest.mark.usefixtures("no_figures", "ungraded")
 
 OTHER = LINE.replace("[1.0, 0.5, 0.5]", "[2.0, 0.5, 0.5]")
 NESTED = LINE + '[controller]\ntype = "nested-saturation"\n'

@@ -17,7 +17,7 @@ from quadstep.sensing.suite import LAST_SAMPLES
 from tests.campaigns import no_report
 from tests.commands import quadstep
 
-pytestmark = pytest.mark.usefixtures("no_figures")
+pytestmark = pytest.mark.usefixtures("no_figures", "ungraded")
 
 ROOT = Path(__file__).parent.parent
 

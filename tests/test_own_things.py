@@ -20,7 +20,7 @@ from quadstep.report import units
 from tests.campaigns import no_report, rows
 from tests.commands import quadstep
 
-pytestmark = pytest.mark.usefixtures("no_figures")
+pytestmark = pytest.mark.usefixtures("no_figures", "ungraded")
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

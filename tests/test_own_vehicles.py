@@ -13,6 +13,8 @@ from quadstep.mission.presets import preset_table
 from quadstep.studies.campaign.schema import digests
 from tests.commands import quadstep, quadstep_process
 
+pytestmark = pytest.mark.usefixtures("ungraded")
+
 LINE = {"type": "minimum-jerk", "end": [2.0, 0.5, 1.0], "duration": 3.0}
 SHORT = {"duration": 3.0}
 

@@ -17,7 +17,7 @@ from quadstep.io.places import Place, digests, place
 from quadstep.io.user_code import load
 from tests.commands import quadstep, quadstep_process
 
-pytestmark = pytest.mark.usefixtures("no_figures")
+pytestmark = pytest.mark.usefixtures("no_figures", "ungraded")
 
 LAW = """
 from dataclasses import dataclass
