@@ -15,7 +15,9 @@ from pathlib import Path
 from quadstep.io.files import replace_file
 
 MOST_ENTRIES = 1024
-"""Beyond this number (about 70 kB each), those are deleted that were not used for longest."""
+"""Beyond this number (about 70 kB each), those are deleted that were not used for longest, and an eighth in all, so that a full
+cache is not searched for them at every write.
+"""
 
 log = logging.getLogger(__name__)
 warned: set[str] = set()
@@ -63,9 +65,10 @@ def write(name: str, code: bytes) -> None:
         if place is None:
             return
         replace_file(place / name, signature(name, code) + code, mode=0o600)
-        entries = sorted((path for path in place.iterdir() if len(path.name) == 64), key=lambda path: path.stat().st_mtime)
-        for old in entries[:-MOST_ENTRIES]:
-            old.unlink(missing_ok=True)
+        entries = [path for path in place.iterdir() if len(path.name) == 64]
+        if len(entries) > MOST_ENTRIES:
+            for old in sorted(entries, key=lambda path: path.stat().st_mtime)[: -(7 * MOST_ENTRIES // 8)]:
+                old.unlink(missing_ok=True)
 
 
 def signature(name: str, code: bytes) -> bytes:
