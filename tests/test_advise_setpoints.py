@@ -251,7 +251,7 @@ def test_a_loop_is_not_called_sound_where_a_resonance_beyond_what_was_excited_ha
     found = evidence("flight", "flight.ulg", flight, now, behind, None, advice, {})
     hidden = r"a resonance near 4\d(\.\d)? Hz, whose gain may be up to about 0.\d+ by the noise"
     assert re.search(rf", unless {hidden} \(in simulations, at most 3 dB more\), leaves less", found.answer)
-    assert "may leave less: excite to beyond it, or fly longer: a longer record hides less" in found.more[0]
+    assert "may leave less: excite beyond that frequency, or fly longer: a longer record hides less" in found.more[0]
     assert (found.record["grade"], found.record["hidden_resonance"]["gain"] > HIDDEN) == ("unknown", True)
     assert "so does this one" not in " ".join(found.sentences)
 
@@ -469,7 +469,7 @@ def test_what_the_motors_did_a_tone_and_descents_are_told_with_their_thresholds(
     found = advise(path, None, None, tmp_path / "out", False, sheet("svg", None, "screen"))
     share = 100.0 * np.mean(control[:, :4].max(axis=1) >= 0.999)
     text = " ".join(found.more)
-    told = re.search("A motor was at its upper limit for (.*) % of the time; of what drove it there roll made", text)
+    told = re.search("A motor was at its upper limit for (.*) % of the time; what drove it there: roll", text)
     assert float(told[1]) == pytest.approx(share, rel=0.05)
     assert "a peak at 80 Hz, " in text
     assert "dB above its surroundings" in text

@@ -56,7 +56,7 @@ def saturation(flight: Excited) -> Iterator[Symptom]:
         text = f"{100.0 * share:.2g} % of the time"
         said = f"A motor was at its {name} limit for {text}"
         if shows and (by := demanded(flight, loop, time, shares, at, 1.0 if name == "upper" else -1.0)):
-            said += "; of what drove it there " + ", ".join(f"{one} made {100.0 * part:.0f} %" for one, part in by.items())
+            said += "; what drove it there: " + ", ".join(f"{one} {100.0 * part:.0f} %" for one, part in by.items())
         yield Symptom(f"motors at the {name} limit", f"{said}.", text, f"{100.0 * OFTEN:g} %", shows)
 
 

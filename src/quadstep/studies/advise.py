@@ -294,7 +294,7 @@ def next_steps(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Seq
         first = f"A sound loop has {asked}; this one lacks {listed(now.lacking)}"
     elif now.grade == SOUND:
         first = f"A sound loop has {asked}, and so does this one {where}"
-        first += "" if now.hidden else "; a resonance beyond is not judged"
+        first += "" if now.hidden else "; a resonance beyond that is not judged"
     elif now.sound and not now.by_plant and now.limited:
         first = f"It has the {asked} of a sound loop {where}, but in motions that drove motors to a limit: fly more gently"
     elif now.sound and not now.by_plant and now.hidden:
@@ -316,7 +316,7 @@ def next_steps(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Seq
 def less_left(hidden: HiddenResonance) -> str:
     """What noise may hide, and what excludes it."""
     longer = ", or fly longer: a longer record hides less" if hidden.gain < 1.0 else ""
-    return f"{hidden.words} may leave less: excite to beyond it{longer}"
+    return f"{hidden.words} may leave less: excite beyond that frequency{longer}"
 
 
 def expected_result(flight: Excited, advice: Advice) -> str:

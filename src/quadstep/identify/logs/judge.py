@@ -136,7 +136,7 @@ def seldom(flight: FlightRecord) -> list[Finding]:
     """Whether commands of a flight are too far apart in time."""
     if flight.period <= SLOWEST:
         return []
-    text = f"motors: a command every {1e3 * flight.period:.0f} ms; what torques and the rotors' lag do needs one every"
+    text = f"motors: a command every {1e3 * flight.period:.0f} ms; torques and the rotors' lag are seen only with one every"
     return [Finding(True, f"{text} {1e3 * SLOWEST:.0f} ms: {FASTER}")]
 
 
