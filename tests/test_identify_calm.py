@@ -18,7 +18,7 @@ from quadstep.identify.parameters import VEHICLE, numbers_of
 from quadstep.identify.replay import ErrorTable, ready
 from quadstep.identify.replay_report import facts
 from quadstep.identify.residual import Followed
-from quadstep.identify.run import Identification, answer, worse_than_none
+from quadstep.identify.run import Identification, answer, details, worse_than_none
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.io.errors import UserError
 from quadstep.mission.listings import load_preset
@@ -200,7 +200,7 @@ def test_the_first_sentence_and_the_cards_say_the_same_of_the_same_predictions(f
     worse = Identification(
         start("x500"), found, ["a"], found, compared([0.2, 0.5, 1.13, 1.63]), compared([0.1, 0.6, 0.82, 0.86])
     )  # fmt: skip
-    said = answer(worse, 0.01)
+    said = " ".join([answer(worse, 0.01), *details(worse)])
     begins = "On 1 flight held out of the first fit, the position predicted 0.5\u00a0s ahead from commands alone is off by 200"
     assert said.startswith("Do not tune a controller on this model yet: ")
     assert "; on held-out flights it predicts attitude and rates no better than a baseline without a model. On 1" in said
@@ -233,8 +233,8 @@ def test_the_first_sentence_and_the_cards_say_the_same_of_the_same_predictions(f
     fine = worse._replace(commands=compared([0.2, 0.5, 0.8, 0.6]))
     assert "predicts position, velocity, attitude and rates better than both baselines." in answer(fine, 0.01)
     sagging = "The modelled thrust is 0.90 to 1.10 times the thrust needed. Predictions learn this error from the log and"
-    assert sagging in answer(fine._replace(thrust=(0.9, 1.1)), 0.01)
-    assert "; no flight was held out, so nothing shows how well it predicts others. " in answer(
+    assert details(fine._replace(thrust=(0.9, 1.1)))[1].startswith(sagging)
+    assert "; no flight was held out, so nothing shows how well it predicts others." in answer(
         fine._replace(commands=None), 0.01
     )
 

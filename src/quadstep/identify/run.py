@@ -72,15 +72,20 @@ class Identification(NamedTuple):
 
 
 def answer(run: Identification, period: float) -> str:
-    """The result: whether to tune on it, how it predicts unseen flights, what was found, and what is not to be trusted."""
+    """The result: whether to tune on it, and how it predicts unseen flights."""
     said = [tuning(run.found, run.commands, run.flown, run.thrust)]
     if run.commands is not None:
         unseen = counted(len(run.commands.names), "flight")
         said.append(f"On {unseen} held out of the first fit, the {predicting(run.commands, period)}")
         if run.guided is not None:
             said.append(f"Predictions that also use the setpoints are off by {off_by(run.guided)}.")
-        said.append("The vehicle file is from a second fit, to all flights, which leaves none to test it.")
-    return " ".join([*said, graded(run.found), *of_wrong_thrust(run.thrust)])
+    return " ".join(said)
+
+
+def details(run: Identification) -> list[str]:
+    """What was found, in sentences, and what is not to be trusted."""
+    second = "The vehicle file is from a second fit, to all flights, which leaves none to test it. " * bool(run.commands)
+    return [second + graded(run.found), *of_wrong_thrust(run.thrust)]
 
 
 def run(
@@ -179,7 +184,7 @@ def evidence(
         reasons.setdefault(reason, []).append(in_words(key))
     kept = [f"Kept from the starting vehicle: {listed(keys)} ({reason})." for reason, keys in reasons.items()]
     doubts = filter(None, [worse_than_none(found)])
-    said = [answer(run, period), *doubts, *kept, f"Mass: {start.mass:g} kg ({mass}).", *of_residual(run)]
+    said = [answer(run, period), *details(run), *doubts, *kept, f"Mass: {start.mass:g} kg ({mass}).", *of_residual(run)]
     several = {"": (run.commands, run.guided), ", with the learned residual": (run.commands_residual, run.guided_residual)}
     tables = [
         error_table(f"Held-out flights predicted from {one.knows}{more}", one, period)
