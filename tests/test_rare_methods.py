@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from quadstep.numbers.noise import probability
+from quadstep.report import units
 from quadstep.studies.campaign.schema import Method
 from quadstep.studies.rare.cross_entropy import LEAST, beyond, cross_entropy
 from quadstep.studies.rare.mixture import FIRST, Points, Random
@@ -264,6 +265,14 @@ def test_where_no_failure_is_found_the_interval_is_that_of_the_crude_flights():
     found = summarise([piece(0.0)] * 5)
     assert found.probability.value == found.probability.low == 0.0
     assert found.probability.high == pytest.approx(1.0 - 0.005 ** (1 / 5000), rel=1e-6)
+    said, *others = sentences(found, Method.SUBSET)
+    most = units.percent(found.probability.high)
+    assert said.startswith(
+        f"No replicate found a failure; at most {most} of flights fail, with 99 % confidence. Of flights drawn"
+    )
+    assert "probability 0" not in said and not others
+    both = summarise([*[piece(0.0)] * 5, piece(6e-9, PieceKind.METHOD)])
+    assert "A second opinion finds more failures: 6e-09" in both.warnings[1], "which no replicate did"
 
 
 def test_some_points_are_chosen_by_place():

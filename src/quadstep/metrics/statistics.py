@@ -16,6 +16,9 @@ LEVEL = 0.95
 TAIL = 0.5 * (1.0 - LEVEL)
 """The chance that an interval misses the truth on either side."""
 
+NORMAL = 1.96
+"""Half of a 95 % interval of a normal distribution, in standard deviations."""
+
 RESAMPLES = 2000
 AT_A_TIME = 2**16
 """Numbers drawn at a time: few enough for a processor's cache, however many flights there are."""

@@ -28,7 +28,7 @@ from quadstep.linear.states import Channel
 from quadstep.linear.tables import OpenLoop, draw_bode
 from quadstep.linear.transfer import harmonic, opened
 from quadstep.metrics.registry import LEAST_GAIN, LEAST_PHASE, SOUND
-from quadstep.metrics.statistics import student_quantile
+from quadstep.metrics.statistics import NORMAL, student_quantile
 from quadstep.mission.read import read_mission
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.markup import Fact
@@ -89,7 +89,7 @@ def why_no_phase_margin(path: Path, flight: Excited, now: MeasuredLoop) -> str:
     stamps = flight.columns.get(flight.source[0]) if flight.loop and len(flight.source) == 3 else None
     if flight.loop and stamps and now.open:  # the time of a setpoint is known to within its logging period
         every = float(np.median(np.diff(stamps.time)))
-        vague = min(1.96 * one.at.value * every / math.sqrt(12.0) for one in now.open)
+        vague = min(NORMAL * one.at.value * every / math.sqrt(12.0) for one in now.open)
         if vague > UNSURE:
             said = f"{flight.source[0]} is logged every {1e3 * every:.3g} ms, which leaves the phase margin uncertain by"
             return f"{where}{said} {math.degrees(vague):.0f} degrees{faster(flight.loop.form, flight.parameters)}"

@@ -158,7 +158,8 @@ def draw_points(
                 at = (x[seen & chosen], y[seen & chosen])
                 axes.plot(*at, marker=marker, markersize=DOT, color=colour, linewidth=0.0, label=name)
         axes.autoscale_view()
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, columnspacing=1.0, handletextpad=0.3)
+        marks = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))  # one for the limits of both axes
+        axes.legend(marks.values(), marks.keys(), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, columnspacing=1.0)
         dots = axes.transData.transform(np.column_stack((x, y))) * 72.0 / figure.dpi
         rings = {flight: dots[flight] for flight in links if known[flight]}
         left, bottom, right, top = (np.array(axes.bbox.extents) * 72.0 / figure.dpi).tolist()
@@ -191,7 +192,7 @@ def scaled(axes: Axes, which: str, metric: PlottedMetric, seen: NDArray[np.bool_
     label, line = (axes.set_xlabel, axes.axvline) if which == "x" else (axes.set_ylabel, axes.axhline)
     label(f"{words} [{unit}]")
     if metric.limit is not None and factor * metric.limit <= NEAR * values[seen].max():
-        line(factor * metric.limit, color=LIMIT, linestyle="--", linewidth=1.2, label=f"limit of {words}")
+        line(factor * metric.limit, color=LIMIT, linestyle="--", linewidth=1.2, label="limit")
     low, high = float(values[seen].min()), float(values[seen].max())
     if low > 0.0 and spans_decades(low, high):
         margin = (high / low) ** 0.05

@@ -30,7 +30,7 @@ from quadstep.studies.campaign.varied import text_of, variation_text
 from quadstep.studies.rare.point_flyer import Failure, PointFlyer, check_space
 from quadstep.studies.rare.replicates import PieceKind, fly_piece, pieces
 from quadstep.studies.rare.run_folder import DoneEvent, FinishedPiece, RareRecord, opened
-from quadstep.studies.rare.summary import HOW, RareSummary, as_json, common, rounded, sentences, summarise
+from quadstep.studies.rare.summary import CONFIDENCE, HOW, RareSummary, as_json, common, rounded, sentences, summarise
 
 LEVELS = f"{FIGURES}/levels"
 
@@ -85,8 +85,9 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
     ]
     said = sentences(summary, file.rare.method, campaign.meaning)
     value, low, high = (units.number(part) for part in summary.probability)
+    estimated = markup.Fact("probability of failure", value, f"95 % interval: {low} to {high}")
     facts = [
-        markup.Fact("probability of failure", value, f"95 % interval: {low} to {high}"),
+        estimated if summary.probability.value else markup.Fact(estimated.what, f"at most {high}", f"with {CONFIDENCE}"),
         markup.Fact("flights", f"{summary.flights:,}", "in all"),
     ]
     if summary.one_by_one and not common(summary):
@@ -140,9 +141,10 @@ NEAR = 0.1
 """Standard deviations from the median within which a failure has nothing unusual."""
 
 SEE_IT = (
-    "To see it, put these lines in place of all that varies ([vary] and [[correlated]]) into a copy of the campaign file, and "
-    "fly that with the command below them; noise, if any, is then another."
+    "To fly these values, put these lines in place of all that varies ([vary] and [[correlated]]) into a copy of the campaign "
+    "file, and fly that with the command below them."
 )
+OTHER_NOISE = " Its noise is then another, so that it may succeed."
 
 
 def nearest(summary: RareSummary, mission: Mission, path: Path) -> list[Section]:
@@ -164,7 +166,7 @@ def nearest(summary: RareSummary, mission: Mission, path: Path) -> list[Section]
     lines = [f'{name} = {{ type = "grid", values = [{json.dumps(value)}] }}' for name, value in found.values.items()]
     copy = path.with_name(f"{path.stem}-failure.toml")
     flown = markup.verbatim("\n".join(["[vary]", *lines])) + markup.verbatim(command("fly", copy, "--flight", 0))
-    return [table, TableSection(text=SEE_IT), flown]
+    return [table, TableSection(text=SEE_IT + OTHER_NOISE * mission.noisy), flown]
 
 
 OWN, OTHER, END = "black", COLOURS["blue"], COLOURS["vermillion"]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.metrics.registry import AT_REST
-from quadstep.metrics.statistics import LEVEL, Estimate, exact_share, student_quantile
+from quadstep.metrics.statistics import LEVEL, NORMAL, Estimate, exact_share, student_quantile
 from quadstep.report import units
 from quadstep.studies.campaign.schema import Method
 from quadstep.studies.rare.mixture import Floats
@@ -25,12 +25,10 @@ MORE = 5.0
 DOUBT = 0.01
 """Probability that an interval from crude flights misses the truth, where it is used as a check."""
 
+CONFIDENCE = f"{100 * (1 - DOUBT):g} % confidence"
+
 FEW_AGAIN = 0.1
 """Share of failures that fail again with different noise, below which noise dominates."""
-
-
-NORMAL = 1.96
-"""Half of a 95 % interval of a normal distribution, in standard deviations."""
 
 HOW = {Failure.ABOVE.value: "exceeded a limit", Failure.EARLY.value: "ended early", Failure.ANY.value: "failed"}
 """Kinds of failure, as flights are said to fail."""
@@ -56,7 +54,7 @@ class Crude(NamedTuple):
         sets = "; a failure is of one kind only, so the rates add up to" if len(kinds) > 1 else ":"
         return (
             f"{units.listed(each)}{sets} a failure probability of {units.number(self.rate.value)}, "
-            f"between {units.number(self.rate.low)} and {units.number(self.rate.high)} with {100 * (1 - DOUBT):g} % confidence"
+            f"between {units.number(self.rate.low)} and {units.number(self.rate.high)} with {CONFIDENCE}"
         )
 
 
@@ -158,7 +156,7 @@ def warnings(summary: RareSummary) -> list[str]:
     if summary.crude.rate.low > summary.probability.high or summary.crude.rate.high < summary.probability.low:
         said.append(f"Plain Monte Carlo flights disagree: {summary.crude.sentence}.")
     for what, probability in summary.opinions.items():
-        if probability > max(MORE * summary.probability.value, summary.probability.high):
+        if probability > (max(MORE * summary.probability.value, summary.probability.high) if none < len(own) else 0.0):
             said.append(
                 f"A second opinion finds more failures: {probability:.3g} ({what}). The estimate may have missed a failure "
                 "mode; name the metrics that predict it (rare.score)."
@@ -213,6 +211,9 @@ def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[s
     if summary.warnings:
         see = f"see the warning{'s' * bool(summary.warnings[1:])}"
         lines = [f"Of {check} The estimate, {estimate} is doubtful: {see}. {kinds}{source}"]
+    if not summary.probability.value and not summary.crude.failures:
+        most = units.percent(summary.crude.rate.high)
+        lines = [f"No replicate found a failure; at most {most} of flights fail, with {CONFIDENCE}. Of {check} {source}"]
     if summary.one_by_one and common(summary):
         rare = f" is not rare ({units.percent(summary.probability.value)})" if summary.probability.value >= COMMON else ""
         plain = "a plain campaign needs fewer flights"
