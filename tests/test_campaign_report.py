@@ -104,7 +104,7 @@ def test_all_files_are_there_known_to_the_manifest_and_whole(flown):
     names = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
     assert set(manifest(folder)["files"]) == names - {"campaign.json", "flights/00000.parquet"}
     assert "flights.html" in names
-    drawn = {"outcomes", "distributions", "ranking", "points", *(f"flight-{one.flight}" for one in summary.worst)}
+    drawn = {"distributions", "ranking", "points", *(f"flight-{one.flight}" for one in summary.worst)}
     assert {f"figures/{name}.{kind}" for name in drawn for kind in ("png", "svg")} <= names
     assert sum("key-" in name for name in names) == 4
     assert all(path.read_bytes()[:4] == b"\x89PNG" for path in folder.rglob("*.png"))
@@ -126,7 +126,7 @@ def test_it_says_what_was_flown_and_how_it_ended(flown):
     success = np.array(rows(folder)["success"])
     shares = {row[0]: row[1:] for row in cells if row and row[0].startswith("completed")}
     exact = share(int(success.sum()), 200)
-    assert shares["completed, succeeded"] == [str(success.sum()), report_text.percent(exact)]
+    assert shares["completed, succeeded"] == [str(success.sum()), report_text.percent(exact), "–"]
     assert int(shares["completed, above a limit"][0]) == (~success).sum() - summary.outcomes["spinning"]
     assert exact.low < success.mean() < exact.high
 
@@ -171,6 +171,17 @@ def points(folder):
     assert set(re.findall(r'<a xlink:href="(flights.html[^"]*)">', html)) == {*links.values()}
     assert "_blank" not in html  # which `quadstep serve` does not allow
     return links
+
+
+@pytest.mark.parametrize(("limit", "said", "lines"), [(0.3, "limit 300 mm", 2), (2.0, "limit 2.00 m →", 0), (None, "", 0)])
+def test_a_limit_is_named_above_a_histogram_also_where_it_is_far_off(limit, said, lines):
+    above, below = Figure().subplots(2)
+    metric = pictures.PlottedMetric(RMSE, np.linspace(0.1, 0.5, 50), limit)
+    pictures.draw_metric(above, below, metric, 60)
+    assert "".join(one.get_text() for one in above.texts) == said.replace(" mm", "\N{NO-BREAK SPACE}mm").replace(
+        " m ", "\N{NO-BREAK SPACE}m "
+    )
+    assert sum(one.get_color() == pictures.LIMIT for axes in (above, below) for one in axes.lines) == lines
 
 
 @pytest.mark.parametrize("close", [0.02, 0.3, 3.0])
@@ -288,7 +299,7 @@ def test_if_all_are_lost_there_are_no_errors_to_show(tmp_path, unflown):
     text, cells = reported(tmp_path, MASS, 300, lambda _, flights: np.full(len(flights), LOST), lambda *_: nothing)
     assert "too few flights succeeded (0 of 300)" in text
     assert "Distance from the path" not in text
-    assert ["lost: off-path", "300", report_text.percent(share(300, 300))] in cells
+    assert ["lost: off-path", "300", report_text.percent(share(300, 300)), "0.1"] in cells
 
 
 @pytest.mark.parametrize("value", [0.0, 0.25])

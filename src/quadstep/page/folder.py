@@ -94,7 +94,7 @@ class ReportOpening(NamedTuple):
 
 PICTURES = (
     "figures/position.svg", "fig04.svg", "envelope.svg", "convergence.svg", "certificate.svg", "figures/distributions.svg",
-    "figures/outcomes.svg", "completion.svg",
+    "completion.svg",
 )  # fmt: skip
 """What a result is seen by, the first that there is."""
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from quadstep.mission.fields import label, words
 from quadstep.page.model import Cell
-from quadstep.report import markup, units
+from quadstep.report import units
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
@@ -68,7 +68,6 @@ class Map(Study[Envelope]):
             answer=answer(envelope),
             sentences=[answer(envelope)],
             record=as_json(envelope),
-            facts=[fact(one) for one in envelope.panels if one.name],
             figures=[Figure(PICTURE, caption(envelope, bool(links)), label="Map")],
             sections=[
                 TableSection("Panel by panel" if self.asked.by else "", "panels", header, rows),
@@ -164,10 +163,6 @@ def as_json(envelope: Envelope) -> dict[str, object]:
 
 def keys(request: Request) -> list[str]:
     return [axis.key for axis in request.axes]
-
-
-def fact(one: MapPanel) -> markup.Fact:
-    return markup.Fact(one.name, units.percent(one.flyable / one.cells), f"{one.flyable} of {one.cells} cells")
 
 
 def row(one: MapPanel, factor: float) -> list[str]:

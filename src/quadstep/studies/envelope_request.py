@@ -1,6 +1,7 @@
 """The request and its axes: a mission or a campaign file and the axes of the map, turned into a campaign of all cells."""
 
 import itertools
+import json
 import math
 import re
 from collections.abc import Sequence
@@ -136,11 +137,6 @@ def check_axes(axes: Sequence[MapAxis], varied: Sequence[str], source: str) -> N
         known[axis.key] = axis.option
 
 
-def as_typed(one: Value) -> str:
-    """A value as a user would type it."""
-    return str(one).lower() if isinstance(one, bool) else one if isinstance(one, str) else f"{one:.6g}"
-
-
 MOST_FLIGHTS = 50_000_000
 NOISY_FLIGHTS = 20
 """Default flights per cell, where flights of a cell differ."""
@@ -220,7 +216,7 @@ def fitted(base: Campaign, axes: list[MapAxis]) -> list[MapAxis]:
         try:
             planner_of(base).mission(values)
         except UserError as error:
-            said = ", ".join(f"{key} = {as_typed(value)}" for key, value in values.items())
+            said = ", ".join(f"{key} = {json.dumps(value)}" for key, value in values.items())
             text = str(error).removeprefix(f"{base.source}: ")
             tried_with = "" if text.startswith("cannot vary ") else f"with {said:.120}: "
             refused = refused or UserError(f"{base.source}: {tried_with}{text}")

@@ -9,7 +9,7 @@ from quadstep.mission.fields import label, words
 from quadstep.report import units
 from quadstep.report.evidence import TableSection
 from quadstep.studies.campaign.pictures import ByKey
-from quadstep.studies.campaign.report_text import paragraphs, percent
+from quadstep.studies.campaign.report_text import percent
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import Interaction, certain
 from quadstep.studies.campaign.splits import with_option
@@ -65,7 +65,7 @@ def ranking(
             "Correlated keys partly explain the same variance, so their shares overlap and may add up to more than "
             f"100 %: {groups}."
         )
-    body = paragraphs(lines)
+    body = [TableSection(text=line, set_as=escape) for line in lines]  # in which nothing is a symbol
     if any(estimates.values()):
         names = list(dict.fromkeys(name for one in estimates.values() for name in one))
         rows = [

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.report import units
-from quadstep.report.axes import CLEAR, STEPS, Powers, plain_decades
+from quadstep.report.axes import STEPS, Powers, plain_decades
 from quadstep.report.canvas import drawing, figure_at, new_figure, wrapped, write
 from quadstep.report.colours import COLOURS, CURVES
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
@@ -25,8 +25,8 @@ FILL: dict[str, Any] = {"color": LINE, "alpha": 0.35}
 PLACES = 60
 """Most bars of a histogram."""
 
-NEAR = 3.0
-"""Times the largest value, up to which a limit is drawn among the values."""
+NEAR, ROOM = 3.0, 0.3
+"""Times the largest value, up to which a limit is drawn among the values; share of the width that half of its name takes."""
 
 POINTS = 300
 """Of a curve."""
@@ -60,14 +60,14 @@ def draw_distributions(path: Path, metrics: Sequence[PlottedMetric], flights: in
             above.sharex(below)
             above.tick_params(labelbottom=False)
             draw_metric(above, below, metrics[place], flights)
-            above.set_ylabel("flights")
+            above.set_ylabel("completed flights")
             below.set_ylabel("share worse")
 
 
 def draw_metric(above: Axes, below: Axes, metric: PlottedMetric, flights: int) -> None:
     """One column of `draw_distributions`, in a unit that suits it."""
-    words, unit = units.metric(metric.name)
-    unit, factor = units.handy(unit, float(metric.values.max()))
+    words, known = units.metric(metric.name)
+    unit, factor = units.handy(known, float(metric.values.max()))
     limit = None if metric.limit is None else factor * metric.limit
     ordered = factor * np.sort(metric.values)
     count = len(ordered)
@@ -99,64 +99,19 @@ def draw_metric(above: Axes, below: Axes, metric: PlottedMetric, flights: int) -
             logarithmic(axes)
         if limit is not None and limit <= NEAR * high:
             axes.axvline(limit, color=LIMIT, linestyle="--", linewidth=1.4)
-    if limit is not None:
-        mark_limit(above, limit, unit, limit <= NEAR * high)
-    above.set_title(f"{count} completed")
+    if metric.limit is not None and limit is not None:
+        mark_limit(above, f"limit {units.quantity(metric.limit, known)}", limit, limit <= NEAR * high)
     if not log:
         below.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
     below.set_xlabel(words if unit == "-" else f"{words} [{unit}]")
 
 
-def mark_limit(axes: Axes, limit: float, unit: str, seen: bool) -> None:
-    """Name a limit along x beside its line; if that is too far right to be seen, at the edge."""
-    said = f"limit {units.quantity(limit, unit)}"
-    if seen:
-        label_right_of(axes, said, (limit, 0.97), axes.get_xaxis_transform(), color=LIMIT, va="top")
-    else:
-        axes.text(0.99, 0.97, f"{said} →", transform=axes.transAxes, color=LIMIT, ha="right", va="top", bbox=CLEAR)
-
-
-def label_right_of(axes: Axes, text: str, place: tuple[float, float], within: object, **looks: str) -> None:
-    """Write text a little to the right of a place, in these coordinates."""
-    axes.annotate(text, place, (4.0, 0.0), within, "offset points", bbox=CLEAR, **looks)  # type: ignore[arg-type]
-
-
-def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, Numbers], sheet: Sheet = SCREEN) -> None:
-    """The number of flights by outcome, and the times at which flights ended early. ended: times by outcome [s]."""
-    flights = sum(outcomes.values())
-    timed = {name: times for name, times in ended.items() if len(times)}
-    count, width = (2, COLUMN) if timed else (1, PHONE)
-    columns, height = sheet.side_by_side(count, 3.0), 1.0 + 0.42 * max(len(outcomes), 4)
-    size = width, height, 0.8 * height * count / columns
-    with figure_at(path, sheet, size, 1.6 / width, 0.55 / height, 0.97, 0.94, 0.5) as figure:
-        axes = figure.subplots(count // columns, columns, squeeze=False).ravel()
-        counts = list(outcomes.values())
-        axes[0].barh(range(len(counts)), [100.0 * count / flights for count in counts], height=0.6, **FILL)
-        narrow = sheet.inches(COLUMN) < NARROW
-        for row, count in enumerate(counts):
-            said = f"{count}" if narrow else f"{count} ({100.0 * count / flights:.3g} %)"
-            label_right_of(axes[0], said, (100.0 * count / flights, row), "data", va="center")
-        names = [wrapped(name, 0.3 * sheet.inches(COLUMN), rcParams["font.size"]) for name in outcomes]
-        axes[0].set_yticks(range(len(counts)), names)
-        axes[0].set_ylim(len(counts) - 0.5, -0.5)
-        axes[0].set_xlim(0.0, 150.0)
-        axes[0].set_xticks([0, 25, 50, 75, 100])
-        axes[0].set_xlabel("share of the flights [%]")
-        axes[0].grid(axis="y", visible=False)
-        if timed:
-            last = max(float(times.max()) for times in timed.values())
-            edges = np.linspace(0.0, last or 1.0, PLACES + 1)
-            for (name, times), style in zip(timed.items(), ("-", "--", "-.", ":", (0, (6, 2, 1, 2, 1, 2))), strict=False):
-                axes[1].stairs(np.histogram(times, edges)[0], edges, color=LINE, linestyle=style, linewidth=1.2, label=name)
-            axes[1].set_xlabel("time at which it ended [s]")
-            axes[1].set_ylabel("flights")
-            axes[1].set_ylim(0.0, 1.5 * axes[1].get_ylim()[1])  # with room for the legend
-            axes[1].yaxis.set_major_locator(MaxNLocator(5, integer=True))
-            axes[1].legend(loc="upper left")
-
-
-NARROW = 3.0
-"""Width of a figure [in] that has no room for shares beside numbers of flights."""
+def mark_limit(axes: Axes, said: str, limit: float, seen: bool) -> None:
+    """Name a limit along x above its line; if that is too far right to be seen, at the edge."""
+    x = limit if seen else axes.get_xlim()[1]
+    place = (axes.transData + axes.transAxes.inverted()).transform((x, 1.0))[0]
+    side = "left" if place < ROOM else "right" if place > 1.0 - ROOM else "center"
+    axes.text(x, 1.02, f"{said}{' →' * (not seen)}", transform=axes.get_xaxis_transform(), color=LIMIT, ha=side)
 
 
 def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], sheet: Sheet = SCREEN) -> None:

@@ -27,7 +27,6 @@ from quadstep.studies.campaign.pictures import (
     by_key,
     draw_distributions,
     draw_key,
-    draw_outcomes,
     draw_ranking,
 )
 from quadstep.studies.campaign.schema import Campaign
@@ -46,15 +45,10 @@ from quadstep.studies.campaign.summary import CampaignSummary
 from quadstep.studies.campaign.varied import VariedKey, bins
 from quadstep.studies.flight_report import errors_since
 
-GLANCE: Mapping[str, Callable[[CampaignSummary], str]] = {
-    "outcomes": text.most_often,
-    "distributions": text.medians,
-    "ranking": lambda _: (
-        "Share of the variance [%] that each key explains on its own: of the tracking error of completed flights (the "
-        "logarithm of their position RMSE), and of failure. Thin lines: 95 % intervals."
-    ),
-}
-"""Figures of the summary, if they are drawn, and what to see in them."""
+RANKING = (
+    "Share of the variance [%] that each key explains on its own: of the tracking error of completed flights (the "
+    "logarithm of their position RMSE), and of failure. Thin lines: 95 % intervals."
+)
 
 FEWEST, FEWEST_EITHER = 40, 10
 """Fewest flights for a statement on what explains the error; fewest failures and successes, each, for one on failure."""
@@ -126,6 +120,7 @@ def evidence(of: ReportSubject) -> Evidence:
         *text.opening(of.store, of.campaign, summary, of.path),
         *text.closing(summary.statistical),
     ]
+    glance = ("distributions", text.medians(summary)), ("ranking", RANKING)
     return Evidence(
         name=name,
         kind="Campaign",
@@ -133,7 +128,7 @@ def evidence(of: ReportSubject) -> Evidence:
         sentences=(),
         record={},
         facts=[one for one in text.facts(summary) if not (begun and one.what.endswith("largest error"))],
-        figures=[figure(one, caption(summary)) for one, caption in GLANCE.items() if (of.folder / f"{one}.svg").is_file()],
+        figures=[figure(*one) for one in glance if (of.folder / f"{one[0]}.svg").is_file()],
         sections=sections,
         paper=text.for_a_paper(summary, name),
         grade=summary.rest,
@@ -154,9 +149,7 @@ def distribution_section(of: ReportSubject, flown: pa.Table, through: NDArray[np
     """How the flights ended, and how far from the path they were."""
     times = {text.lost(name): number(flown[TIME])[over_as(flown, name)] for name in of.summary.outcomes if name != OUTCOMES[0]}
     times = {name: some[np.isfinite(some)] for name, some in times.items()}
-    if len(text.ended(of.summary)) >= FEWEST_BARS:
-        draw_outcomes(of.folder / "outcomes", text.ended(of.summary), times, of.sheet)
-    body: list[Section] = [text.outcomes(of.summary)]
+    body: list[Section] = [text.outcomes(of.summary, times)]
     limits = limits_of(of.campaign)
     metrics = []
     for name in dict.fromkeys((RMSE, LARGEST, *limits)):

@@ -1,6 +1,6 @@
 """The text of a campaign's report.html."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 
@@ -91,11 +91,6 @@ def opening(store: Store, campaign: Campaign, summary: CampaignSummary, path: Pa
     ]
 
 
-def paragraphs(lines: Iterable[str]) -> list[TableSection]:
-    """Text in which nothing is a symbol."""
-    return [TableSection(text=line, set_as=escape) for line in lines]
-
-
 def pairs(table: Mapping[str, object]) -> str:
     """A small table in one line."""
     return ", ".join(f"{name} {value}" for name, value in table.items())
@@ -116,12 +111,6 @@ def ended(summary: CampaignSummary) -> dict[str, int]:
     return {name: count for name, count in (*counts.items(), *rest) if count or name == SUCCEEDED}
 
 
-def most_often(summary: CampaignSummary) -> str:
-    """What to see of how the flights ended."""
-    early = "; the other panel shows when flights were lost" if summary.outcomes.keys() - {OUTCOMES[0]} else ""
-    return f"How the {units.counted(summary.flights, 'flight')} ended{early}."
-
-
 def medians(summary: CampaignSummary) -> str:
     """What to see of how far from the path they were."""
     half = [
@@ -134,13 +123,16 @@ def medians(summary: CampaignSummary) -> str:
     return f"H{units.listed(half)[1:]}. {said}"
 
 
-def outcomes(summary: CampaignSummary) -> TableSection:
-    """Every outcome with its exact interval; without it where nothing is statistical."""
-    header, counts = ("outcome", "flights", "share of all [%]"), ended(summary)
-    rows: list[tuple[markup.Cell, ...]] = [(name, str(count)) for name, count in counts.items() if count]
-    if summary.statistical:
-        rows = [(name, str(count), percent(share_of(summary, count))) for name, count in counts.items()]
-    return TableSection("How the flights ended", "outcomes", header if summary.statistical else header[:2], rows)
+def outcomes(summary: CampaignSummary, times: Mapping[str, NDArray[np.float64]]) -> TableSection:
+    """Every outcome with its exact interval; without it where nothing is statistical. times: when flights were lost [s]."""
+    ends = {name: (some.min(), some.max()) for name, some in times.items() if len(some)}
+    when = {name: " to ".join(dict.fromkeys(f"{end:.4g}" for end in both)) for name, both in ends.items()}
+    rows = [
+        (name, str(count), percent(share_of(summary, count)) if summary.statistical else "–", when.get(name, "–"))
+        for name, count in ended(summary).items()
+        if count or summary.statistical
+    ]
+    return TableSection("How the flights ended", "outcomes", ("outcome", "flights", "share of all [%]", "lost at [s]"), rows)
 
 
 def of_key(findings: Mapping[str, tuple[str, ...]], key: str) -> list[str]:

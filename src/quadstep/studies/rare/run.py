@@ -27,7 +27,7 @@ from quadstep.studies.campaign.pictures import logarithmic
 from quadstep.studies.campaign.run import CampaignRequest
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.varied import text_of, variation_text
-from quadstep.studies.rare.point_flyer import Failure, PointFlyer, check_space
+from quadstep.studies.rare.point_flyer import PointFlyer, check_space
 from quadstep.studies.rare.replicates import PieceKind, fly_piece, pieces
 from quadstep.studies.rare.run_folder import DoneEvent, FinishedPiece, RareRecord, opened
 from quadstep.studies.rare.summary import CONFIDENCE, HOW, RareSummary, as_json, common, rounded, sentences, summarise
@@ -172,13 +172,6 @@ def nearest(summary: RareSummary, mission: Mission, path: Path) -> list[Section]
 OWN, OTHER, END = "black", COLOURS["blue"], COLOURS["vermillion"]
 
 
-NAMED = {
-    Failure.ABOVE.value: "flights above a limit",
-    Failure.EARLY.value: "flights that end early",
-    Failure.ANY.value: "flights that fail",
-}
-
-
 def climbed(pieces: Sequence[FinishedPiece]) -> list[str]:
     """The kinds of failure that replicates found by steps, so that there is something to draw: not so common ones."""
     own = [event for one in pieces if one.kind == PieceKind.REPLICATE.value for event in one.events if event.probability > 0.0]
@@ -204,7 +197,7 @@ def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> No
                 continue
             draw_event(axes, names[place], pieces)
             logarithmic(axes, "y")
-            axes.set_title(NAMED.get(names[place], names[place]))
+            axes.set_title(f"flights that {HOW.get(names[place], names[place])}")
             axes.set_ylabel("share of flights")
             axes.tick_params(labelleft=True)
 
