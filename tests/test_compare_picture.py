@@ -19,10 +19,9 @@ from quadstep.studies.comparison.picture import MANY, draw_vehicle, square_text
 from quadstep.studies.comparison.ranking import Effort, Pair, Ranked, Spread
 from quadstep.studies.comparison.report import facts
 from quadstep.studies.comparison.robustness import Linear, rows, unlinearised
-from quadstep.studies.comparison.run import large_errors
 from quadstep.studies.comparison.tables import cell_rows, latex_tables, matrix
 from quadstep.studies.comparison.training import Trained
-from quadstep.studies.comparison.words import activity, advice, limit, missed_limits, of_all, prices
+from quadstep.studies.comparison.words import activity, advice, large_errors, limit, missed_limits, of_all, prices
 
 WHERE = Situation("crazyflie", "hover", "calm")
 

@@ -12,7 +12,7 @@ from quadstep.metrics.statistics import Estimate
 from quadstep.mission.check import check
 from quadstep.mission.tune import TuneSection
 from quadstep.studies.tuning.objective import CandidateFlights, Judge, Row, compare
-from quadstep.studies.tuning.report import answer, measured_rows, moved
+from quadstep.studies.tuning.report import answer, facts, measured_rows, moved
 from tests.flights import METRICS
 
 GAINS = {"controller.K_r1": {"low": 1.0, "high": 2.0}}
@@ -99,7 +99,7 @@ def test_the_comparison_in_numbers():
     worse = answer(compare(judge(), flown(before), flown(before + 0.1))).replace("\N{NO-BREAK SPACE}", " ")
     assert re.search(r"WORSE on .* do not use them\. The objective rises by [\d.]+ %\.", worse)
     less = answer(compare(judge(), flown(before), flown(before * random.uniform(0.4, 0.6, 200))))
-    moved = r"The mean position RMSE falls from 1\.\d+ m to 0\.\d+ m\."
+    moved = r"The mean position RMSE falls from 1\.\d+ m to \d+ mm\."
     assert re.search(
         rf"not tuned on: the objective falls by ([\d.]+) \[[\d.]+, [\d.]+\] %\. {moved}",
         less.replace("\N{NO-BREAK SPACE}", " "),
@@ -246,6 +246,20 @@ def test_flights_that_are_all_lost_leave_no_numbers():
     assert found.verdict.startswith("The tuned gains are better")
     single = compare(judge(), flown([1.0]), flown([0.5]))
     assert single.verdict == "The tuned gains are better on the one flight that they were tuned on."
+
+
+def test_how_many_flights_complete_is_said_where_any_is_lost_and_cards_compare_only_gains_that_differ():
+    asked, before = judge(constraints={"largest_error": 0.6}), flown([1.0] * 8, ended=[1.0] * 4 + [10.0] * 4)
+    found = compare(asked, before, flown([0.5] * 8))
+    rows = {row[0]: row[1:3] for row in measured_rows(found)}
+    assert rows["completed"] == ["50.0 [15.7, 84.3] %", "100 [63.1, 100] %"] and "success rate" in rows
+    assert "completed" not in {row[0] for row in measured_rows(compare(asked, flown([1.0] * 8), flown([0.5] * 8)))}
+    assert "completed" not in {row[0] for row in measured_rows(compare(judge(), before, flown([0.5] * 8)))}, (
+        "as success has it"
+    )
+    assert [one.value for one in facts(found)][2] == "1.00\u00a0m → 500\u00a0mm"
+    same = compare(asked, before, before, changed=False)
+    assert [one.what for one in facts(same)] == ["success rate, current and tuned"]
 
 
 def test_a_change_that_is_only_rounding_is_zero_and_one_that_no_digit_shows_is_not_told():

@@ -227,13 +227,13 @@ def interval(value: float, low: float, high: float, unit: str = "-", largest: fl
     return text + unit
 
 
-def estimate(value: float, low: float, high: float, unit: str = "-", largest: float = 0.0, width: float = 0.0) -> str:
-    """The number alone, as `interval` writes it beside its interval.
+def estimate(value: float, low: float, high: float, unit: str = "-", _: float = 0.0, width: float = 0.0) -> str:
+    """The number alone, as `interval` writes it beside its interval, in a unit that suits it.
 
     >>> estimate(0.01234, 0.0119, 0.0128, "m")
     '12.3 mm'
     """
-    text, _, _, unit = interval_texts(value, low, high, unit, largest, width)
+    text, *_ends, unit = interval_texts(value, low, high, unit, width=width)
     return text + unit
 
 
@@ -242,7 +242,7 @@ def in_one_unit(
 ) -> list[str]:
     """Numbers with their intervals as a row has them: the unit suits the largest, as far as the others can be written in it; a
     dash for what there is not, 0 for what only rounding leaves. A number without an interval is as precise as those with one.
-    text: `estimate`, for the numbers alone.
+    text: `estimate`, for the numbers alone, each in its own unit.
 
     >>> in_one_unit([(0.2534, 0.246, 0.259), (4.4e-5, 4.2e-5, 4.7e-5), (2e-7, 1e-7, 3e-7), None], "m")
     ['253 [246, 259] mm', '0.044 [0.042, 0.047] mm', '0.20 [0.10, 0.30] µm', '–']

@@ -80,16 +80,11 @@ class Problem(NamedTuple):
         return "; ".join(self.lines)
 
 
-class Entry(NamedTuple):
-    """Who takes part in a study. problems: who cannot. left_out: optional ones whose package is absent, a sentence each."""
-
-    asked: list[EntrantSearch]
-    problems: list[Problem]
-    left_out: tuple[str, ...]
-
-
-def entrants(study: ComparisonStudy, parts: Parts, again: bool, local: bool) -> Entry:
-    """Everybody. again: tune also what the study has gains for. local: whether journals can be kept.
+def entrants(
+    study: ComparisonStudy, parts: Parts, again: bool, local: bool
+) -> tuple[list[EntrantSearch], list[Problem], tuple[str, ...]]:
+    """Everybody, who cannot take part, and a sentence for each that is optional and whose package is absent. again: tune also
+    what the study has gains for. local: whether journals can be kept.
 
     Raises UserError for a file of gains that cannot be read.
     """
@@ -111,7 +106,7 @@ def entrants(study: ComparisonStudy, parts: Parts, again: bool, local: bool) -> 
                 about = f"{study.source}: {name} cannot fly {vehicle}"
                 lines = error.lines if named else [f"{about}: {one}" for one in said]
                 problems.append(Problem((vehicle, name), lines))
-    return Entry(found, problems, tuple(absent.values()))
+    return found, problems, tuple(absent.values())
 
 
 def entrant(

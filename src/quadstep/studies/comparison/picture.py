@@ -63,13 +63,8 @@ def draw_panel(axes: Axes, results: Comparison, situations: Sequence[Situation],
         limit = results.limits.get(situation, math.inf) if metric == "position_rmse" else math.inf
         last = -row * group - A_CONTROLLER * (len(results.controllers) - 0.5)
         if any(limit <= 2.0 * one.spreads[metric].high.value < math.inf for one in results.of(situation)):
-            axes.plot(
-                [unit.factor * limit] * 2,
-                [-row * group + 0.5 * A_CONTROLLER, last],
-                color=LARGE,
-                linestyle="--",
-                linewidth=0.9,
-            )
+            ends = [-row * group + 0.5 * A_CONTROLLER, last]
+            axes.plot([unit.factor * limit] * 2, ends, color=LARGE, linestyle="--", linewidth=0.9)
             axes.annotate(
                 f"large above {unit.text(limit)}", (unit.factor * limit, last), (3, 0), textcoords="offset points", va="top",
                 fontsize=rcParams["legend.fontsize"], color=LARGE,

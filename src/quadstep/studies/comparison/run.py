@@ -5,7 +5,7 @@ import itertools
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -30,10 +30,10 @@ from quadstep.studies.comparison.ranking import CellFlights, flown_of
 from quadstep.studies.comparison.report import write_results
 from quadstep.studies.comparison.robustness import Linear, Raise
 from quadstep.studies.comparison.training import flown_in, read_lines
+from quadstep.studies.comparison.words import large_errors
 
 log = logging.getLogger(__name__)
 
-J = TypeVar("J")
 Read = TypeVar("Read")
 
 
@@ -127,7 +127,7 @@ class ComparisonRun:
         else:
             self.kept.add(job.kind, job.key, worked.content)
 
-    def read(self, job: Job[object], made: Callable[[J], Read]) -> Read | None:
+    def read(self, job: Job[object], made: Callable[..., Read]) -> Read | None:
         """What a job gave, from its file of JSON; None where it gave nothing. Raises UserError for a file that was changed."""
         content = self.kept.read(job.kind, job.key)
         if content is None:
@@ -203,10 +203,6 @@ def concluded(
     again, asked = [grading(cell, FIRST + place) for cell, place in middle if place is not None], laws(flights)
     run.work("grading", again)
     run.work("linearising and costing", asked)
-
-    def linear(content: dict[str, Any]) -> Linear:
-        return Linear(**content)
-
     grades = {(one.subject.situation, one.subject.controller): run.read(one, graded) for one in again}
     every = {(place, name): one for place, many in flown.items() for name, one in many.items()}
     grades |= {cell: Graded(FlightGrade.LOST) for cell, one in every.items() if one.middle(about.metric) is None}
@@ -216,23 +212,17 @@ def concluded(
         ranked=ranks(flown, about.metric),
         limits=large_errors([(one.subject.situation, run.read(one, error_limit) or 0.0) for one in again]),
         costs={one.controller: price for one in asked if one.kind == COSTS and (price := run.read(one, cost.from_json))},
-        linear={one.controller: loop for one in asked if one.kind == LINEAR and (loop := run.read(one, linear))},
+        linear={
+            one.controller: loop
+            for one in asked
+            if one.kind == LINEAR and (loop := run.read(one, lambda kept: Linear(**kept)))
+        },
         problems=tuple(run.problems),
         left_out=(*about.left_out, *unpaired(flights)),
     )
     told = write_results(out, found, flights, run.how.sheet)
     run.publish(out, [*others, *flights, *again, *asked])
     return FinishedComparison(found, told, folder)
-
-
-def large_errors(known: Sequence[tuple[Situation, float]]) -> dict[Situation, float]:
-    """Above which position RMSE errors are large, where all flights of a situation agree: grades count only the second half
-    of a flight that holds a point, and measure others against their own starts.
-    """
-    found: dict[Situation, list[float]] = {}
-    for place, one in known:
-        found.setdefault(place, []).append(one)
-    return {place: min(one) for place, one in found.items() if len(one) > 1 and 0.0 < max(one) < 1.001 * min(one)}
 
 
 def cells(study: ComparisonStudy, run: ComparisonRun, everybody: Sequence[Entrant]) -> list[StudyCell]:

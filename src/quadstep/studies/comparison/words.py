@@ -1,7 +1,7 @@
 """What a comparison has found, in words: what is decided, and what is not."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from quadstep.linear.grade import WORST_FIRST
 from quadstep.metrics.registry import at_rest
@@ -49,6 +49,16 @@ def method(results: Comparison) -> str:
     """What is the same for all, and the tests where anything is random."""
     same = SAME_FLIGHTS[results.kind] if results.seeds > 1 else f"All {results.kind}s fly the same path."
     return same if results.copies else " ".join(filter(None, (METHOD.format(same, results.kind), searches(results))))
+
+
+def large_errors(known: Sequence[tuple[Situation, float]]) -> dict[Situation, float]:
+    """Above which position RMSE errors are large, where all flights of a situation agree: grades count only the second half
+    of a flight that holds a point, and measure others against their own starts.
+    """
+    found: dict[Situation, list[float]] = {}
+    for place, one in known:
+        found.setdefault(place, []).append(one)
+    return {place: min(one) for place, one in found.items() if len(one) > 1 and 0.0 < max(one) < 1.001 * min(one)}
 
 
 def limit(results: Comparison, vehicle: str) -> str:

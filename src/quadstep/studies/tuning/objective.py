@@ -159,7 +159,8 @@ class Row(NamedTuple):
 class Compared(NamedTuple):
     """success: share of flights that completed and kept the constraints of flights. objective, rows: of it, and of metrics.
     limits: of margins, by their names with units. missed: constraints that the tuned gains miss, in words. kept: the share of
-    all flights that keep each constraint of flights, by its words: with both gains, their difference, and what is asked.
+    all flights that keep each constraint of flights, by its words: with both gains, their difference, and what is asked; where
+    any is lost, also that are completed.
     change: of the objective, as a share of what the present gains have on the same flights, those completed with both.
     weighed: metrics of the objective, by their names with units. from_the_start: that largest errors say nothing of the gains.
     """
@@ -204,7 +205,8 @@ def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, ch
     limits = {present.names[name]: one for name, one in wanted.items() if name in MARGINS}
     values = {row.name: row.tuned.value for row in reported if row.tuned and row.name in limits}
     missed = [said for name, value in values.items() if (said := shortfall(name, value, limits[name]))]
-    kept = {}
+    kept = {"completed": (*shares_of(present.completed, tuned.completed), math.nan)}
+    kept = kept if judge.section.of_flights and not both.all() else {}
     for name, limit in judge.section.of_flights.items():
         found = shares_of(*(flown.completed & limit.keeps(flown.metric(name)) for flown in (present, tuned)))
         words, unit = units.metric(present.names[name])

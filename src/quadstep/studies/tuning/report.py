@@ -35,7 +35,7 @@ def evidence(
     gains, measured, many = gain_rows(request, result), measured_rows(compared), compared.flights > 1
     success = f"A flight succeeds if it completes{' and keeps every constraint on flights' if compared.kept else ''}."
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
-    both = f"{flights}, the same for both; 95 % intervals. Differences are paired by flight."
+    both = f"{flights}, the same for both; 95 % intervals. Differences are those of flights completed with both."
     alone = "Nothing is random in this mission, so there is one flight with each set of gains."
     return Evidence(
         name=request.mission.name,
@@ -166,7 +166,12 @@ def measured_rows(compared: Compared) -> list[list[str]]:
     rows = [with_limit(one, compared.limits[one.name]) if one.name in compared.limits else one.texts for one in compared.rows]
     alone, one = compared.flights == 1, len(compared.kept) == 1  # constraint, which is success then
     kept = [
-        shares(f"{'success: ' * one}{what}{f', in {units.percent(asked)} of the flights' * (not alone)}", alone, found, asked)
+        shares(
+            f"{'success: ' * one}{what}{f', in {units.percent(asked)} of the flights' * (asked > 0.0 and not alone)}",
+            alone,
+            found,
+            asked,
+        )
         for what, (*found, asked) in compared.kept.items()
     ]
     success = [] if one else [shares("success rate", alone, [*compared.success, compared.success_difference])]
@@ -248,16 +253,18 @@ def moved(compared: Compared, one: Row) -> str:
 
 
 def facts(compared: Compared) -> list[markup.Fact]:
-    """Success with either, and what the objective gains."""
-    found, (present, tuned) = [], compared.success
+    """Success with either, and what becomes of the error and of the objective."""
+    alone, (present, tuned), (words, *_) = compared.flights == 1, compared.success, compared.rows[0].texts
     both = {"success rate, current gains": present, "success rate, tuned gains": tuned}
-    for name, one in (both if present != tuned else {"success rate, current and tuned": tuned}).items():
-        many = compared.flights > 1
-        more = f"95 % interval: {units.percent(one.low)} to {units.percent(one.high)}" if many else ""
-        found.append(markup.Fact(name, units.percent(one.value), more))
-    if compared.change:
+    found = [
+        markup.Fact(name, units.percent(one.value), f"95 % interval: {units.percent(*one).partition(' ')[2]}" * (not alone))
+        for name, one in (both if present != tuned else {"success rate, current and tuned": tuned}).items()
+    ]
+    if compared.change and compared.verdict != UNCHANGED:
+        before, after, _ = units.in_one_unit(compared.rows[0][1:], "m", units.estimate)
+        found.append(markup.Fact(f"{'' if alone else 'mean '}{words}, current to tuned", f"{before} → {after}"))
         value, low, high = (100.0 * part for part in compared.change)
-        more = f"95 % interval: {low:+.3g} to {high:+.3g} %".replace("-", "−") if math.isfinite(low) else ""
+        more = f"95 % interval: [{low:+.3g}, {high:+.3g}] %".replace("-", "−") if math.isfinite(low) else ""
         found.append(markup.Fact("objective, tuned - current", f"{value:+.3g} %".replace("-", "−"), more))
     return found
 
