@@ -15,8 +15,8 @@ from pathlib import Path
 from quadstep.io.files import replace_file
 
 MOST_ENTRIES = 1024
-"""Beyond this number (about 70 kB each), those are deleted that were not used for longest, and an eighth in all, so that a full
-cache is not searched for them at every write.
+"""Beyond this number (about 70 kB each), those are deleted that were not used for longest: an eighth, so that a full cache is
+not searched for them at every write.
 """
 
 log = logging.getLogger(__name__)
