@@ -169,6 +169,10 @@ def test_the_first_sentence_says_that_a_failure_is_not_rare_and_a_doubtful_estim
         plain = found.one_by_one < found.flights
         assert ("a plain campaign needs fewer flights" in first.lower()) == plain == common(found)
         assert first.startswith("This failure is not rare (") == (plain and found.probability.value >= 0.01)
+        assert plain or first.startswith(f"A flight fails with probability {units.number(found.probability.value)} ")
+        assert re.match(r"(This failure is not rare \([\d.]+ %\): |A flight fails with probability )", first), (
+            "the answer is first"
+        )
         assert any("times as many" in one for one in sentences(found, Method.SUBSET)) != plain
         doubtful = sentences(found._replace(one_by_one=None, warnings=("a",)), Method.SUBSET)
         assert doubtful[0].startswith(f"Of flights drawn as in the campaign, {found.crude.sentence}. The estimate, ")

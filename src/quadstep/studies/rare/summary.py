@@ -219,7 +219,7 @@ def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[s
         plain = "a plain campaign needs fewer flights"
         begin = f"This failure{rare}: {plain}" if rare else f"{plain[0].upper()}{plain[1:]} for this failure"
         plain = f"about {rounded(summary.one_by_one, 1)} instead of {summary.flights:,} for an interval as wide"
-        lines[0] = f"{begin}, {plain}. {lines[0]}"
+        lines[0] = f"{begin}, {plain}. {lines[0]}" if rare else f"{lines[0]} {begin}, {plain}."
     elif summary.one_by_one:
         times = summary.one_by_one / summary.flights
         lines.append(
