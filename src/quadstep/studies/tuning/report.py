@@ -35,7 +35,7 @@ def evidence(
     gains, measured, many = gain_rows(request, result), measured_rows(compared), compared.flights > 1
     success = f"A flight succeeds if it completes{' and keeps every constraint on flights' if compared.kept else ''}."
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
-    both = f"{flights}, the same for both; 95 % intervals. Differences are those of flights completed with both."
+    both = f"{flights}, the same for both; 95 % intervals. Differences of metrics are over flights completed with both."
     alone = "Nothing is random in this mission, so there is one flight with each set of gains."
     return Evidence(
         name=request.mission.name,
