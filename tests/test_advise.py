@@ -73,7 +73,7 @@ def test_noise_widens_the_interval_which_holds():
 
 def test_a_weak_loop_gets_a_factor_with_which_it_is_sound_and_a_sound_one_none():
     weak, sound = (response(*flown(factor)) for factor in (WEAK, SOUND))
-    assert not measured(sound).fragile
+    assert not measured(sound).lacking
     advice = advised(weak)
     after = true(WEAK * advice.factor)
     assert true(WEAK).phase < math.radians(30.0) <= after.phase
@@ -192,7 +192,7 @@ def test_a_loop_that_flew_has_no_gain_margin_below_0_db():
     now = MeasuredLoop(None, turn, None, (), 1.0, 200.0)
     assert now.gain_up.low == 0.0
     assert now.gain_up.value == pytest.approx(20.0 * math.log10(12.0))
-    assert not now.fragile
+    assert not now.lacking
 
 
 def test_crossings_of_a_known_loop():

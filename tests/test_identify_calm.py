@@ -285,8 +285,8 @@ def test_numbers_of_the_starting_vehicle_outside_the_intervals_are_marked_and_un
     fit = Identified(flight_numbers, None, found, {})
     assert graded(fit) == (
         "2 of 5 vehicle parameters are identified, all barely (not to within 50 %). 2 more are known only in proportion to "
-        "the given mass, thrust coefficient or yaw inertia: 1 well (to within 10 %) and 1 roughly (to within 50 %). Not "
-        "counted, since its sign is unknown: centre of gravity along y."
+        "the given mass, thrust coefficient or yaw inertia: 1 well (to within 10 %) and 1 roughly (to within 50 %). Of "
+        "unknown sign, and not counted: centre of gravity along y."
     )
     alone, scaled = fitted(fit, given, 5.5e-5)
     assert [row[:5] for row in alone.rows] == [

@@ -111,7 +111,7 @@ def loops(seed: int) -> Iterable[Attempt]:
         except UserError:
             continue
         now = measured(flight.measured)
-        advice = advised(flight.measured) if now.fragile else None
+        advice = advised(flight.measured) if now.lacking else None
         after = one._replace(gain=advice.factor * one.gain) if advice else one
         if now.sound or advice:
             yield Attempt(

@@ -105,12 +105,12 @@ def chosen(flight: Excited, now: MeasuredLoop, behind: IdentifiedPlant | None) -
     """
     gains = (flight.loop and flight.loop.whole_gains and flight.loop.gains(flight.parameters)) or {}
     if flight.loop is None:
-        return advised(flight.measured) if now.fragile else None
+        return advised(flight.measured) if now.lacking else None
     if (advice := tuned(flight, flight.loop, now, behind, [{}])) and within_limits(flight, advice, behind):
         return advice
-    if now.fragile and (advice := advised(flight.measured, gains.values(), least=factor_limits(flight, flight.loop)[0])):
+    if now.lacking and (advice := advised(flight.measured, gains.values(), least=factor_limits(flight, flight.loop)[0])):
         return advice
-    tried = raised(flight, flight.loop, behind) if now.fragile else lowered(flight, flight.loop) if now.sound else ()
+    tried = raised(flight, flight.loop, behind) if now.lacking else lowered(flight, flight.loop) if now.sound else ()
     if advice := next((one for one in tried if within_limits(flight, one, behind)), None):
         return advice
     slower = {flight.loop.attitude: 1.0 / STEP} if flight.levelled else {}
@@ -131,7 +131,7 @@ def tuned(
     if behind is None or not behind.explains:
         return None
     by_plant = measured(behind.loop)
-    poor = now.fragile or by_plant.fragile or not (now.sound or by_plant.sound)
+    poor = now.lacking or by_plant.lacking or not (now.sound or by_plant.sound)
     for other, response in changed_responses(flight, loop, tried, behind.loop):
         end = float(np.interp(flight.measured.omega[-1], response.omega, np.abs(response.opened)))
         least, largest = factor_limits(flight, loop, other)

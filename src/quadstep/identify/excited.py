@@ -181,7 +181,7 @@ def by_setpoint(path: Path, topics: Topics, loops: tuple[RateLoop, ...]) -> Exci
     if not several:
         raise refused[0]
     told = [one for one in several if wide(one.measured) >= NARROWEST]
-    best = max(told or several, key=lambda one: (bool(told) and measured(one.measured).fragile, wide(one.measured)))
+    best = max(told or several, key=lambda one: (bool(told and measured(one.measured).lacking), wide(one.measured)))
     refuse_narrow(path, best)
     return best._replace(others=tuple(one for one in told if one is not best))
 

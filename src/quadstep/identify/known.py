@@ -46,11 +46,7 @@ def graded(fit: Identified) -> str:
     if scaled:
         more = f"{len(scaled)} more {be(scaled)} known only in proportion to the given mass, thrust coefficient or yaw inertia"
         said += f" {more}{in_grades(scaled)}."
-    return (
-        said
-        + f" Not counted, since {'its sign is' if len(either) == 1 else 'their signs are'} unknown: {listed(either)}."
-        * bool(either)
-    )
+    return said + f" Of unknown sign, and not counted: {listed(either)}." * bool(either)
 
 
 def be(several: Sequence[object]) -> str:

@@ -108,10 +108,6 @@ class MeasuredLoop(NamedTuple):
         return [name for name, one in self.shares.items() if one.high < 1.0]
 
     @property
-    def fragile(self) -> bool:
-        return bool(self.lacking)
-
-    @property
     def sound(self) -> bool:
         """Whether all margins are those of a sound loop with 95 % confidence, but for what noise may hide; never where one of
         them is unknown.
@@ -128,7 +124,7 @@ class MeasuredLoop(NamedTuple):
     def grade(self) -> str:
         if self.sound and not (self.by_plant or self.doubtful or self.limited):
             return SOUND
-        return "fragile" if self.fragile else "unknown"
+        return "fragile" if self.lacking else "unknown"
 
     def gains(self, unit: str = "") -> tuple[str, str]:
         """How far the gain may grow, and fall [dB], in words."""

@@ -201,9 +201,8 @@ def prediction_picture(one: Followed, place: int, kind: str) -> FigureJob:
     caption = (
         f"{one.name}{f' ({kind})' if kind else ''}: measured, and {earlier}. The largest error of the position "
         f"{HORIZONS[-1] * one.period:.2g} s ahead, {quantity(float(off[worst]), 'm')}, is that of the prediction made at "
-        f"{one.time[worst]:.1f} s (the first is made at {one.time[0]:.1f} s, the last at {one.time[-1]:.1f} s). The residuals "
-        "are what the model does not explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag "
-        "or delay."
+        f"{one.time[worst]:.1f} s (of those made from {one.time[0]:.1f} to {one.time[-1]:.1f} s). The residuals are what the "
+        "model does not explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag or delay."
     )
     return FigureJob(f"{FIGURES}/predicted{place}", caption, time[kept], panels, 2)
 
@@ -228,7 +227,5 @@ def spectra(out: Path, one: Followed, place: int) -> Figure:
                 first = panel
                 panel.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1)
             panel.set_ylabel(f"{turn} rate [°/s per √Hz]")
-    caption = (
-        "spectra of the rates and of the residuals; the model explains the motion at a frequency where its residual is lower."
-    )
+    caption = "spectra of the rates and of the residuals; the model explains the motion where its residual is lower."
     return Figure(name, f"{one.name}: {caption}", set_as=escape)

@@ -287,8 +287,7 @@ def likeness(comparisons: Sequence[FlightComparison]) -> str:
     away = " to ".join(dict.fromkeys(quantity(one, "m") for one in (min(apart), max(apart))))
     lost = f"; {len(comparisons) - len(apart)} were lost" if len(apart) < len(comparisons) else ""
     more = [
-        f" But simulated flights {turning}: the loop that flew is not the simulated one."
-        for turning in unlike(comparisons, "rate")
+        f" But simulated flights {how}: the loop that flew is not the simulated one." for how in unlike(comparisons, "rate")
     ]
     return "".join([f"{said}, and the simulated position is {away} from the real one (RMS){lost}.", *more])
 

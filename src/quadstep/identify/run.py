@@ -231,9 +231,8 @@ def rms(values: Floats) -> Floats:
 def worse_than_none(found: Sequence[Followed]) -> str:
     """A sentence on the axes about which more angular acceleration stays unexplained than was measured, if any."""
     flights = np.array([rms(one.torque) > rms(one.turning) for one in found]).reshape(-1, 3).sum(axis=0)
-    axes = [
-        f"about {axis} in {many} of {counted(len(found), 'flight')}" for axis, many in zip("xyz", flights, strict=True) if many
-    ]
+    whole = counted(len(found), "flight")
+    axes = [f"about {axis} in {many} of {whole}" for axis, many in zip("xyz", flights, strict=True) if many]
     return f"The unexplained angular acceleration is larger than the measured one (RMS) {listed(axes)}." if axes else ""
 
 

@@ -62,9 +62,7 @@ def tuning(
     against += ["its thrust is wrong by more than 5 %"] * is_wrong(thrust)
     against += ["no flight was held out, so nothing shows how well it predicts others"] * (compared is None)
     apart = [*[f"are lost ({lost} of {len(flown)})"] * bool(lost), *unlike(flown, *FAR)]
-    under = (
-        f" Simulated flights under a PID {listed(apart)}: the real controller differs from this PID, or the model is wrong."
-    )
+    under = f" Simulated flights under a PID {listed(apart)}: the real controller is not this PID, or the model is wrong."
     if against:
         return f"Do not tune a controller on this model yet: {'; '.join(against)}.{under * bool(apart)}"
     said = "Nothing found here speaks against tuning roll and pitch on this model; that is no proof that the gains will fly."

@@ -211,14 +211,10 @@ def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
             )
     for axes, place, at, *ends, _ in marks:
         axes.plot([at, at], ends, color=axes.lines[place].get_color(), linewidth=2.0, marker="_", markersize=7)
-    for axes in (above, below):
-        bars = [axes.transData.transform([(at, one) for one in ends]) for on, _, at, *ends, _ in marks if on is axes]
-        bars += [
-            np.array([[axes.bbox.x0, one[0, 1]], [axes.bbox.x1, one[0, 1]]]) for one in bars
-        ]  # the lines that they begin on
-        for on, place, at, *ends, text in marks:
-            if on is axes:
-                bars.append(label(axes, place, at, 0.5 * sum(ends), text, bars))
+    taken = [axes.transData.transform([(at, one) for one in ends]) for axes, _, at, *ends, _ in marks]
+    taken += [axes.transData.transform([(end, line) for end in axes.get_xlim()]) for axes, _, _, line, *_ in marks]
+    for axes, place, at, *ends, text in marks:
+        taken.append(label(axes, place, at, 0.5 * sum(ends), text, taken))
 
 
 def whole_turns(phase: Array) -> Array:

@@ -290,7 +290,7 @@ def next_steps(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Seq
     wider = [*([] if now.up else ["faster"]), *([] if now.down or now.floor is not None else ["slower"])]
     untold = f"excite {' and '.join(wider)}: its phase crosses -180° outside what was excited" if wider else ""
     where = f"between {now.lowest:.3g} and {now.highest:.3g} rad/s, where it was excited"
-    if now.fragile:
+    if now.lacking:
         first = f"A sound loop has {asked}; this one lacks {listed(now.lacking)}"
     elif now.grade == SOUND:
         first = f"A sound loop has {asked}, and so does this one {where}"
@@ -304,7 +304,7 @@ def next_steps(flight: Excited, now: MeasuredLoop, advice: Advice | None) -> Seq
         first = f"The {what} not show whether it has the {asked} of a sound loop: "
         first += "excite slower: its crossover was not excited" if now.by_plant else untold or "excite for longer"
     if advice is None:
-        if now.fragile:
+        if now.lacking:
             none = "No gains or cut-offs within their documented ranges are known to give it that: no change is advised"
             return [f"{first}. {none}{f'; {untold}' * bool(wider)}."]
         return [f"{first}{': no change of its gains' if now.grade == SOUND else '. No change'} is advised."]
@@ -360,7 +360,7 @@ def of_other_axes(flight: Excited) -> Iterator[str]:
     for axis, one in ((other.axis, measured(other.measured)) for other in flight.others):
         if one.phase:
             phase, at = degrees(one.phase.value), hertz(one.phase.at)
-            lacks = "; it lacks a sound loop's margins too: fly and advise again" if one.fragile else ""
+            lacks = "; it lacks a sound loop's margins too: fly and advise again" if one.lacking else ""
             yield f"In the same log {axis} has a phase margin of {phase[0]} ({phase[1]}) at {at[0]} ({at[1]}){lacks}."
 
 

@@ -98,7 +98,7 @@ def evidence(
     failed = shares_of(*(~one.flown.completed for one in sides))
     measured = rows(("position_rmse", "largest_error", *EFFORTS), sides[0].flown, sides[1].flown)
     steps = [response(one) for one in sides]
-    instead, grades = [unsettled(one) for one in sides], [one.grade.word for one in sides]
+    grades = [one.grade.word for one in sides]
     changed = [(name, law.by_key()[name][1], before[f"controller.{name}"], value) for name, value in question.changes.items()]
     seen = contrasts(sides, failed, measured, steps)
     air = f"in wind of up to {question.wind:g} m/s from every side, with turbulence" if question.wind else "in still air"
@@ -146,7 +146,7 @@ def evidence(
             markup.Fact(f"fail in gusts, {name}", units.percent(one.value), f"95 % interval: {units.percent(*one)}")
             for name, one in zip(SIDES, failed, strict=False)
         ],
-        figures=[Figure(PICTURE, caption(picture(*(one.step for one in sides)), instead), label="Step")],
+        figures=[Figure(PICTURE, caption(picture(*(one.step for one in sides))), label="Step")],
         sections=tables,
         warnings=[*hidden_effects(question), *mission.controller.warnings(mission.modelled)],
         grade={"grade": sides[1].grade.word, "why": sides[1].grade.why},
@@ -160,16 +160,15 @@ def idle(sides: tuple[Side, Side]) -> bool:
     return all(np.array_equal(old, new, equal_nan=True) for old, new in zip(*both, strict=True))
 
 
-def caption(steps: FigureJob, instead: Sequence[str]) -> str:
-    """What to see of the step: where the change shows most. instead: why numbers of either step mean nothing, if they do."""
+def caption(steps: FigureJob) -> str:
+    """What to see of the step: where the change shows most."""
     said = []
     for panel in steps.panels:
         apart = np.abs(np.subtract(*panel.lines.values()))
         if (most := float(apart.max())) > 0.0:
             said.append(f"{units.quantity(most, panel.unit)} in {panel.label} (at {steps.t[apart.argmax()]:.3g} s)")
     differ = f"Before and after differ by at most {units.listed(said)}." if said else "Before and after are the same."
-    ends = "".join(f" {word.capitalize()} {name} the change." for word, name in zip(instead, SIDES, strict=True) if word)
-    return f"A step of {STEP:g} m along x and y in calm air. {differ}{ends}"
+    return f"A step of {STEP:g} m along x and y in calm air. {differ}"
 
 
 def hidden_effects(question: Question) -> list[str]:

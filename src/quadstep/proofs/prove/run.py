@@ -250,12 +250,9 @@ def consequence(plan: FlightPlan) -> list[str]:
 
 def flight_says(log: FlightLog) -> str:
     """How the mission's own flight ended."""
-    if log.outcome is Outcome.COMPLETED:
-        return f"The mission's own flight was completed in {log.ended:g} s; the table shows its largest errors."
-    return (
-        f"The mission's own flight was lost at {log.ended:.4g} s ({REASONS[log.outcome]}); the table shows its largest errors "
-        "up to and including that moment."
-    )
+    lost = f"lost at {log.ended:.4g} s ({REASONS.get(log.outcome, '')})"
+    ended = f"completed in {log.ended:g} s" if log.outcome is Outcome.COMPLETED else lost
+    return f"The mission's own flight was {ended}; the table shows its largest errors."
 
 
 def flown_verdict(name: str, plan: FlightPlan, log: FlightLog, says: list[str]) -> ProofVerdict:

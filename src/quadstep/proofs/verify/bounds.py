@@ -3,17 +3,7 @@
 import numpy as np
 import sympy
 
-from quadstep.proofs.verify.equation_row import (
-    Check,
-    Checks,
-    EquationVerdict,
-    holds,
-    near,
-    row,
-    same,
-    short,
-    symbol,
-)
+from quadstep.proofs.verify.equation_row import Check, Checks, EquationVerdict, holds, near, row, same, short, symbol
 from quadstep.proofs.verify.lyapunov import Batch, LyapunovBatch, WeightNorms, batch, moments
 from quadstep.proofs.verify.stability import LAW, SLOPES, TUNING, gap, printed_l_dot
 

@@ -127,13 +127,9 @@ def equation_71() -> Checks:
 
 def axis_row(number: str, axis: int, name: str) -> None:
     """The row of Eq. 72, 73 or 74."""
-    row(
-        number,
-        f"path along {name}",
-        f"{name}_d = {name}_d0 + a_3 t^3 + a_4 t^4 + a_5 t^5",
-        PATH,
-        EquationVerdict.AS_PRINTED,
-    )(lambda: Checks(quintic(axis, name)))
+    row(number, f"path along {name}", f"{name}_d = {name}_d0 + a_3 t^3 + a_4 t^4 + a_5 t^5", PATH, EquationVerdict.AS_PRINTED)(
+        lambda: Checks(quintic(axis, name))
+    )
 
 
 axis_row("72", 0, "x")

@@ -11,18 +11,7 @@ from quadstep.interfaces.plant import Kinematics
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.proofs.verify import closed_loop as loop
 from quadstep.proofs.verify.closed_loop import E1, E1_DOT, GAINS, LAMBDA_1, MEMORY, R1, R2, STATE
-from quadstep.proofs.verify.equation_row import (
-    Checks,
-    EquationVerdict,
-    array,
-    branch,
-    holds,
-    near,
-    row,
-    same,
-    short,
-    symbols,
-)
+from quadstep.proofs.verify.equation_row import Checks, EquationVerdict, array, branch, holds, near, row, same, short, symbols
 from quadstep.proofs.verify.lyapunov import Batch, LyapunovBatch, batch, moments
 from quadstep.proofs.verify.plant import MASS, body, inertia_matrix
 from quadstep.vehicle.in_space import COLUMNS
