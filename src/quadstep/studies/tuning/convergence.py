@@ -84,8 +84,7 @@ def draw_objective(axes: Axes, request: TuningRequest, result: SearchResult) -> 
 
 def led(result: SearchResult) -> list[Candidate]:
     """The best so far after each generation that found a better one, as far as a flight completed with it."""
-    last = {one.flights: one for one in result.led if math.isfinite(one.judged.objective)}
-    return list(last.values())
+    return list({one.flights: one for one in result.led if math.isfinite(one.judged.objective)}.values())
 
 
 def gain_texts(request: TuningRequest, values: Mapping[str, float]) -> dict[str, str]:
