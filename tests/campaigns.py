@@ -7,7 +7,6 @@ import sys
 import time
 import tomllib
 from contextlib import contextmanager
-from types import SimpleNamespace
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -115,16 +114,10 @@ REPORT = "quadstep.studies.campaign.report"
 @contextmanager
 def no_report():
     """The report takes seconds to draw, as the grade of the loop at rest takes to find; both are tested by themselves."""
-    before = sys.modules.get(REPORT)
-    sys.modules[REPORT] = SimpleNamespace(write_report=lambda *_: [])
-    try:
-        with pytest.MonkeyPatch.context() as patch:
-            without_grade(patch)
-            yield
-    finally:
-        del sys.modules[REPORT]
-        if before is not None:
-            sys.modules[REPORT] = before
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(f"{REPORT}.write_report", lambda *_: [])
+        without_grade(patch)
+        yield
 
 
 WITHOUT_REPORT = (

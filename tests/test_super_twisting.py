@@ -20,7 +20,7 @@ from quadstep.studies.rare.run_folder import opened
 from tests.campaigns import no_report
 from tests.commands import quadstep
 
-pytestmark = pytest.mark.usefixtures("no_figures")
+pytestmark = pytest.mark.usefixtures("no_figures", "ungraded")
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 CAMPAIGN = """
