@@ -40,6 +40,14 @@ def test_errors_are_wanted_minus_actual():
     assert attitude_error(LoggedFlight(log)).values[:, 2].tolist() == [-0.1, -0.2]
 
 
+def test_errors_of_position_and_heading_count_from_the_same_time_on():
+    log = log_of(5, x=[9, 9, 3, 0, 0], psi=[0, 0, 0.5, 0.5, 0.5], psi_d=[3, 2, 1, 1, 1])
+    counted, rest = flight_metrics(log, 2.0), flight_metrics(log._replace(rows=log.rows[2:]))
+    for name in ("position_rmse[m]", "heading_error[rad]"):
+        assert counted[name] == rest[name] != flight_metrics(log)[name]
+    assert counted["heading_error[rad]"] == pytest.approx(0.5)
+
+
 def test_position_errors_axis_by_axis_and_together():
     log = log_of(4, x=[0, 3, 0, -4], y_d=[1, 1, 1, 1], z=[2, 2, 2, 2], z_d=[2, 2, 2, 2])
     metrics = flight_metrics(log)

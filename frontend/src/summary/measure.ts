@@ -49,7 +49,7 @@ export function measure(flight: Flight, data: FlightData, given: Inputs | undefi
   const tilts = tiltOf(flight, given);
   return {
     ...errors(flight, data.summary),
-    heading: heading(flight),
+    heading: heading(flight, data.summary.since),
     tilt: tilts && greatest(tilts),
     overturned: tilts && overturned(tilts),
     rateGrowth: rates(flight),
@@ -145,10 +145,11 @@ function growth(values: Float64Array, scale: number): number {
   return Math.max(steady, end! > late! ? end! / (Math.max(before!, END_FLOOR * scale) || Infinity) : 0);
 }
 
-function heading(flight: Flight): number | undefined {
+function heading(flight: Flight, since: number): number | undefined {
   const names = [["heading_d", "yaw"], ["psi_d", "psi"]].find((pair) => flight.has(...pair));
-  if (!names || flight.rows < 2) return undefined;
-  const [wanted, yaw] = names.map((name) => flight.column(name)!);
+  if (!names || flight.rows < 2 || flight.last <= since) return undefined;
+  const first = flight.times.findIndex((t) => t >= since);
+  const [wanted, yaw] = names.map((name) => flight.column(name)!.subarray(first));
   return rms(difference(yaw!, wanted!).map(shorterWay));
 }
 

@@ -23,8 +23,8 @@ SATURATED = 1e-3
 
 
 class LoggedFlight(NamedTuple):
-    """A log. since: errors of the position count from then on [s]. efforts: columns of the plant's inputs and their units.
-    arm: from the vehicle's centre to its farthest rotor [m], 0 if not known.
+    """A log. since: errors of position and heading count from then on [s]. efforts: columns of the plant's inputs and their
+    units. arm: from the vehicle's centre to its farthest rotor [m], 0 if not known.
     """
 
     log: FlightLog
@@ -175,12 +175,13 @@ HEADINGS = ("heading_d", "yaw"), ("psi_d", "psi")
 
 
 def heading_error(flight: LoggedFlight) -> QuantityRows | None:
-    """Yaw less the heading that is asked for, the shorter way round."""
+    """Yaw less the heading that is asked for, the shorter way round, from `since` on."""
     names = next((names for names in HEADINGS if has(flight, *names)), None)
     if names is None:
         return None
-    wanted, yaw = flight.log.table(*names).T
-    return rows(flight, {"heading": "rad"}, shorter_way(yaw - wanted)[:, None])
+    t = flight.log.column("t")
+    wanted, yaw = flight.log.table(*names)[t >= flight.since].T
+    return QuantityRows({"heading": "rad"}, shorter_way(yaw - wanted)[:, None], t[t >= flight.since])
 
 
 def attitude_from_last(flight: LoggedFlight) -> QuantityRows | None:

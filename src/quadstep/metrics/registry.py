@@ -195,8 +195,8 @@ def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str
     """Everything reported of a flight of any plant, with units in the keys; `quadstep.metrics.registry` says what each means.
 
     Always: "outcome", "ended[s]"; where there are two rows or more: "position" by axis, "position_rmse[m]", and what the
-    columns of the log allow. since: errors of the position count from then on [s]. efforts: columns of the inputs of a plant
-    that declares itself, and their units. arm: from the vehicle's centre to its farthest rotor [m], 0 if not known.
+    columns of the log allow. since: errors of position and heading count from then on [s]. efforts: columns of the inputs of a
+    plant that declares itself, and their units. arm: from the vehicle's centre to its farthest rotor [m], 0 if not known.
 
     >>> from quadstep import Mission, flight_metrics, fly
     >>> metrics = flight_metrics(fly(Mission(path={"type": "step", "end": [0.0, 0.0, 1.0], "duration": 2.0})))
