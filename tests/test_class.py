@@ -6,6 +6,7 @@ import re
 import socket
 import time
 from html import escape
+from itertools import product
 from typing import get_args
 from urllib.parse import urlencode
 
@@ -16,6 +17,7 @@ from quadstep.interfaces.controller import Measured
 from quadstep.io import user_code
 from quadstep.io.errors import UserError
 from quadstep.linear.grade import grade
+from quadstep.mission.air import WindSection, in_words
 from quadstep.mission.derived import section_of
 from quadstep.mission.fields import Quantity
 from quadstep.mission.lagrange import LagrangeMission
@@ -405,7 +407,10 @@ def test_the_teacher_sees_everybody_s_attempts_and_sends_none(room, port):
     ada, other = room.members
     room.members[other].counts('name = "<b>"', SubmissionResult("Lost at 1 s.", "lost", {room.ground.metric: 1e-9}))
     text = ask(port, "/", room.teacher)[2]
-    assert "1 of 2 students have flown" in text and "nothing sent" in text and "Lost at 1 s." in text
+    assert "1 of 2 students has flown" in text and "nothing sent" in text and "Lost at 1 s." in text
+    room.members[ada].waits = True
+    waiting = ask(port, "/", room.teacher)[2]
+    assert "1 submission waiting" in waiting and "waiting</td>" in waiting and "nothing sent" not in waiting
     assert ada not in text and other not in text, "a projector shows no student's link"
     assert ask(port, "/2/1/mission.toml", room.teacher)[2] == 'name = "<b>"'
     for path in (
@@ -658,3 +663,21 @@ def test_a_student_s_page_follows_the_class_and_keeps_what_is_written(room, port
 
 def test_the_task_says_what_is_flown(room):
     assert setting(room) == "the paper’s vehicle, a minimum-jerk path; 1.00 s; wind: none."
+
+
+def test_the_task_s_wind_is_none_only_where_the_air_rests():
+    """Each part of a wind, off and on, alone and together with the others."""
+    parts = {
+        "mean": (0.0, 4.0), "swing": (0.0, 2.0), "gust": (0.0, 3.0), "wind_20": (0.0, 5.0), "intensity": ("", "light"),
+    }  # fmt: skip
+    for mean, swing, gust, wind_20, intensity in product(*parts.values()):
+        turbulence = {"intensity": intensity} if intensity else {"wind_20": wind_20}
+        wind = {"mean": [mean, 0.0, 0.0], "swing": [0.0, swing, 0.0], "swing_frequency": 1.0, "turbulence": turbulence,
+                "gust": {"velocity": [gust, 0.0, 0.0], "start": 1.0, "length": 1.0}}  # fmt: skip
+        built, said = WindSection(**wind).build(), in_words(wind)
+        rests = not (any(built.mean) or any(built.swing) or any(built.gust) or built.turbulence.wind_20)
+        assert (said == "none") == rests
+        assert said.startswith("4\xa0m/s" if mean else "none" if rests else "no mean wind with ")
+        assert ("a swing of 2\xa0m/s" in said, "a gust of 3\xa0m/s" in said) == (swing > 0.0, gust > 0.0)
+        assert f"turbulence, {built.turbulence.wind_20:.3g}\xa0m/s at 20\xa0ft" in said or not built.turbulence.wind_20
+    assert in_words({"type": "wind.py:Own"}) == "“wind.py:Own”"

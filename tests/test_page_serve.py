@@ -639,7 +639,7 @@ def test_of_two_in_other_wind_it_is_said(tmp_path):
             **{"position_rmse[m]": rmse, "outcome": "completed", "ended[s]": 5.0, "saturated_share": 0.0},
         )  # fmt: skip
     text = answer(tmp_path, "/compare?a=a&b=b").text
-    assert "With different wind (5\u00a0m/s and none) and events: “a” is 3.0 times closer to its path than “b”, " in text
+    assert "With different wind (5\u00a0m/s; none) and events: “a” is 3.0 times closer to its path than “b”, " in text
     assert "Metrics that are 0 in both are omitted." in text and "share of the time at a rotor" not in text
     late = [{"mission": {"sensors": {"latency": one, "estimator": False}}} for one in (0.02, 0.12)]
     assert conditions(*late) == "With different sensor latency (0.0200\u00a0s and 0.120\u00a0s): "

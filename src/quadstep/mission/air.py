@@ -1,5 +1,7 @@
 """The air of a mission: steady and swinging wind, a gust, turbulence."""
 
+import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field, SerializeAsAny, WrapValidator
@@ -8,6 +10,7 @@ from quadstep.io.doors import WINDS
 from quadstep.mission.fields import Duration, NonNegative, Positive, Quantity, Section, Triple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.numbers import Vector
+from quadstep.report.units import listed
 from quadstep.world.air import DeclaredWind, Dryden, MovingAir, Wind
 
 KNOT = 1852.0 / 3600.0
@@ -117,3 +120,21 @@ if TYPE_CHECKING:
     AnyWind = WindSection | OwnWindSection
 else:
     AnyWind = Annotated[SerializeAsAny[WindSection], WrapValidator(own_or(DeclaredWind, OwnWindSection, WINDS))]
+
+
+def in_words(wind: Mapping[str, object]) -> str:
+    """A [wind] as a file has it, such as "5 m/s with a gust of 2 m/s and turbulence, 6 m/s at 20 ft"."""
+    tables = [one if isinstance(one := wind.get(key), dict) else {} for key in ("gust", "turbulence")]
+    strength = INTENSITIES.get(str(tables[1].get("intensity")), tables[1].get("wind_20"))
+    mean, swing, gust, at_20 = map(speed, (wind.get("mean"), wind.get("swing"), tables[0].get("velocity"), [strength]))
+    if "type" in wind:
+        return f"“{wind['type']}”"
+    changes = [f"a swing of {swing}"] * bool(swing) + [f"a gust of {gust}"] * bool(gust)
+    changes += [f"turbulence, {at_20} at 20\u00a0ft"] * bool(at_20)
+    return f"{mean or 'no mean wind'} with {listed(changes)}" if changes else mean or "none"
+
+
+def speed(velocity: object) -> str:
+    """The length of a velocity in words; empty for none."""
+    numbers = [one for one in velocity if isinstance(one, int | float)] if isinstance(velocity, list) else []
+    return f"{math.hypot(*numbers):.3g}\u00a0m/s" if any(numbers) else ""

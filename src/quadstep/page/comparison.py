@@ -18,6 +18,7 @@ from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.registry import AT_REST, Metrics
 from quadstep.metrics.verdict import FlightGrade, scalars
 from quadstep.mission import fields
+from quadstep.mission.air import in_words
 from quadstep.mission.sensing import SensorsSection
 from quadstep.page.cards import best, picture
 from quadstep.page.folder import (
@@ -194,10 +195,10 @@ CONDITIONS = "start", "wind", "disturbance", "sensors", "events"
 
 
 def conditions(*contents: Metrics) -> str:
-    """In which of these two missions differ, with the speeds of their winds, to begin a sentence; empty if in none."""
+    """In which of these two missions differ, with their winds, to begin a sentence; empty if in none."""
     told = dict(zip(CONDITIONS, CONDITIONS, strict=True))
-    speeds = [wind_speed(one) for one in contents]
-    told["wind"] = f"wind ({units.listed(speeds)})" if speeds[0] != speeds[1] else "wind"
+    winds = [in_words(section(section(one, "mission"), "wind")) for one in contents]
+    told["wind"] = f"wind ({'; '.join(winds)})" if winds[0] != winds[1] else "wind"
     told["sensors"] = sensor_values(*(section(section(one, "mission"), "sensors") for one in contents))
     others = [told[one] for one in differing_keys(CONDITIONS, *contents)]
     return f"With different {units.listed(others)}: " if others else ""
@@ -213,13 +214,6 @@ def sensor_values(first: Metrics, second: Metrics) -> str:
         shown = [value(one, fields.unit(SensorsSection(), key) or "-", max(pair)) for one in pair]
         told.append(f"{fields.words(f'sensors.{key}')} ({units.listed(shown)})")
     return units.listed(told) or "sensors"
-
-
-def wind_speed(content: Metrics) -> str:
-    """The speed of the mean wind of a flight, in words."""
-    mean = section(section(content, "mission"), "wind").get("mean")
-    numbers = [one for one in mean if isinstance(one, int | float)] if isinstance(mean, list) else []
-    return f"{math.hypot(*numbers):.3g}\u00a0m/s" if any(numbers) else "none"
 
 
 def differing_keys(keys: Iterable[str], first: Metrics, second: Metrics) -> list[str]:

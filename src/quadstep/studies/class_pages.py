@@ -12,11 +12,11 @@ from quadstep.io.files import is_file
 from quadstep.linear.grade import UNSTABLE
 from quadstep.metrics.registry import SOUND
 from quadstep.metrics.verdict import FlightGrade
+from quadstep.mission.air import in_words
 from quadstep.mission.fields import dotted
 from quadstep.mission.listings import commented, learning_numbers, number_lines, rounded, written
 from quadstep.mission.schema import Mission
 from quadstep.page.cards import grade_mark, part
-from quadstep.page.comparison import wind_speed
 from quadstep.page.folder import section
 from quadstep.report import units
 from quadstep.report.markup import Cell, disclosure, heading, page_text, paragraph, table
@@ -54,8 +54,8 @@ class Asked(NamedTuple):
 def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # noqa: B008 (frozen)
     """The page of a student as HTML, every text escaped."""
     words, gains = units.metric(room.ground.metric)[0], gains_table(room.mission, room.ground.free)
-    why = f"<b>Not taken: {escape(str(asked.refusal))}</b>{' Your text is below.' if asked.text else ''}"
-    more = f', or <a href="/laws">another of {len(room.laws)} controllers</a>' if len(room.laws) > 1 else ""
+    why = f"<b>Rejected: {escape(str(asked.refusal))}</b>{' Your text is below.' if asked.text else ''}"
+    more = f', or <a href="/laws">choose another of the {len(room.laws)} controllers</a>' if len(room.laws) > 1 else ""
     body = [
         f'<p id="refused" role="alert">{why} <a href="/">Back to the board</a></p>' if asked.refusal else "",
         '<p id="offline" role="alert" hidden>The class does not answer. The board may be old; what you wrote stays here.</p>',
@@ -121,7 +121,7 @@ def setting(room: Room) -> str:
     vehicle, path = (section(usual, key) for key in ("vehicle", "path"))
     size = (f"{key} {units.quantity(one, unit)}" for key, unit in SIZES.items() if isinstance(one := path.get(key), float))
     flown = [f"{vehicle.get('preset') or vehicle.get('file') or 'the paper’s vehicle'}", f"a {path.get('type')} path", *size]
-    return f"{', '.join(flown)}; {units.number(ticks.last * ticks.step, 3)} s; wind: {wind_speed({'mission': usual})}."
+    return f"{', '.join(flown)}; {units.number(ticks.last * ticks.step, 3)} s; wind: {in_words(section(usual, 'wind'))}."
 
 
 SIZES = {"radius": "m", "length": "m", "width": "m", "period": "s"}
@@ -145,7 +145,9 @@ def board(room: Room, me: Member | None = None) -> str:
             continue
         chosen = one.best or one.latest or (one.attempts[-1] if one.attempts else None)
         name = escape(one.name) if me else f'<a href="#{anchor(room, one)}">{escape(one.name)}</a>'
-        cells = [grade(chosen), loop(chosen), when(chosen.at)] if chosen else ["nothing sent", "", ""]
+        cells = (
+            [grade(chosen), loop(chosen), when(chosen.at)] if chosen else ["waiting" if one.waits else "nothing sent", "", ""]
+        )
         count = f"{one.attempts[-1].number if one.attempts else 0}"
         rank = f"{place(ranked, one)}" if one in ranked else "–", ""  # stays where nobody is ranked
         mine = (lambda text: f"<b>{text}</b>") if one is me else str
@@ -230,13 +232,14 @@ def teacher_page(room: Room) -> str:
         f'<ul class="screen">{links}</ul>',
         heading("Students", "students"), paragraph("Code in a submission is never run."), *students,
     ]  # fmt: skip
-    return page_text(f"{room.mission.name}: teacher", [*body, SCRIPT], "Class", STYLE)
+    return page_text(f"Teacher's page: {room.mission.name}", [*body, SCRIPT], "Class", STYLE)
 
 
 def teacher_news(room: Room) -> str:
     members = room.members.values()
     flown, waiting = sum(bool(one.latest) for one in members), sum(one.waits for one in members)
-    text = f"{flown} of {len(members)} students have flown; {units.counted(waiting, 'submission')} waiting."
+    text = f"{flown} of {units.counted(len(members), 'student')} {'has' if flown == 1 else 'have'} flown; "
+    text += f"{units.counted(waiting, 'submission')} waiting."
     return f'<div id="said" role="status"><p class="answer" data-waits="yes">{text}</p></div>'
 
 
