@@ -249,10 +249,11 @@ def test_a_flight_says_after_which_events_it_was_farthest_from_its_path(seed):
     said = parts(FlightLog(columns, rows, Outcome.COMPLETED, 10.0, None), mission).replace("\N{NO-BREAK SPACE}", " ")
     scored = [(float(when), float(off)) for when, off in zip(t, size, strict=True) if when >= since]
     times = sorted({one.time: one.what for one in mission.moments if one.what and one.time > since}.items())
-    edges = [since, *(when for when, _ in times), 11.0]
+    edges, calm = [since, *(when for when, _ in times), 11.0], []
     spans = [[(when, off) for when, off in scored if low <= when < high] for low, high in pairwise(edges)]
-    for place in reversed(range(1, len(spans))):  # an event after which the error only falls belongs to what was before
+    for place in reversed(range(1, len(spans))):  # an event after which the error is no larger belongs to what was before
         if not spans[place] or max(off for _, off in spans[place]) <= spans[place][0][1]:
+            calm += [times[place - 1]] if spans[place] else []
             spans[place - 1] += spans.pop(place)
             times.pop(place - 1)
     if not times:
@@ -266,8 +267,25 @@ def test_a_flight_says_after_which_events_it_was_farthest_from_its_path(seed):
     for (when, off, (event, what)), (delay, words, value, unit) in zip(named, stated, strict=True):
         assert (words, float(delay)) == (what, pytest.approx(when - (event if what else 0.0), rel=6e-3, abs=6e-3))
         assert float(value) * (1.0 if unit == "m" else 1e-3) == pytest.approx(off, rel=6e-3)
-    rest = re.search(r"at most ([\d.]+) (m?m) in the other parts", said)
+    rest = re.search(r"at most ([\d.]+) (m?m) ([^;]+)", said)
     assert (rest is None) == (len(peaks) == len(named))
+    events = {one.what: one.time for one in mission.moments}
+    edges = sorted({*events.values(), 11.0})
+
+    def within(begin, until):  # until the next event, of any kind, or the end
+        return [off for when, off in scored if begin <= when < (min(t for t in edges if t > begin) if until else 11.0)]
+
     if rest:
         most = float(rest[1]) * (1.0 if rest[2] == "m" else 1e-3)
         assert peaks[len(named)][1] <= most <= 1.01 * peaks[len(named)][1] + 1e-9
+        for word, event, until in re.findall(
+            r"(after|before) (.+?)( until the next event)?(?:, (?=after|before)| and (?=after|before)|$)", rest[3]
+        ):
+            covered = within(events[event], until) if word == "after" else [off for t, off in scored if t < events[event]]
+            assert max(covered, default=0.0) <= most
+        assert rest[3].count("after") + rest[3].count("before") == len(peaks) - len(named)
+    quiet = re.findall(r"; when ([^,]+), it was ([\d.]+) (m?m), and no larger (afterwards|until the next event)", said)
+    assert sorted(words.split(" and ")[-1] for words, *_ in quiet) == sorted(what for _, what in calm)
+    for event, value, unit, until in quiet:
+        first, *later = within(events[event.split(" and ")[-1]], until != "afterwards")
+        assert first == max([first, *later]) == pytest.approx(float(value) * (1.0 if unit == "m" else 1e-3), rel=6e-3)

@@ -116,30 +116,32 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", s
 
 def parts(log: FlightLog, mission: "Mission") -> str:
     """How far from its path a completed flight was after each event, at most `PEAKS` of them, the farthest first, to follow
-    how long it lasted; "" where nothing happened. An event after which the error only falls begins no part of its own.
+    how long it lasted; "" where nothing happened. An event after which the error is no larger begins no part of its own.
     """
     since, kept = mission.scored_from, log.column("t") >= mission.scored_from
     t, off = log.column("t")[kept], np.linalg.norm(position_errors(log), axis=1)[kept]
     after = dict[float, str]()
     for one in mission.moments:
         if one.what and one.time > since:
-            after[one.time] = f"{after[one.time]} and {one.what}" if one.time in after else f" after {one.what}"
-    found, end = list[tuple[float, str]](), len(t)
+            after[one.time] = f"{after[one.time]} and {one.what}" if one.time in after else one.what
+    found, calm, end, following = list[tuple[float, str, str]](), list[str](), len(t), ""
     for when, what in [*sorted(after.items(), reverse=True), (since, "")]:
-        begin = int(np.searchsorted(t, when)) if what else 0
+        begin, until = int(np.searchsorted(t, when)) if what else 0, " until the next event" * (end < len(t))
         place = begin + int(off[begin:end].argmax()) if begin < end else begin
         if place > begin or (end and not what):
-            found.append((float(off[place]), f"{t[place] - when:.2f} s{what}" if what else f"at {at(t, place)}"))
-            end = begin
+            peak = f"{t[place] - when:.2f} s after {what}" if what else f"at {at(t, place)}"
+            found.append((float(off[place]), peak, f"after {what}{until}" if what else f"before {following}"))
+            end, following = begin, what
+        elif begin < end:
+            then = units.quantity(float(off[begin]), "m")
+            calm.append(f"; when {what}, it was {then}, and no larger {'afterwards' if not until else until.strip()}")
     if log.outcome is not Outcome.COMPLETED or len(found) < 2:
         return ""
     found.sort(reverse=True)
-    said = units.listed([f"{when} ({units.quantity(most, 'm')})" for most, when in found[:PEAKS]])
-    rest = [
-        f", and was at most {units.quantity(units.rounded_up(most, 3), 'm')} in the other parts of the flight"
-        for most, _ in found
-    ]
-    return f"; its error peaked {said}{''.join(rest[PEAKS : PEAKS + 1])}"
+    said = units.listed([f"{peak} ({units.quantity(most, 'm')})" for most, peak, _ in found[:PEAKS]])
+    rest = "".join(f", and was at most {units.quantity(units.rounded_up(most, 3), 'm')}" for most, *_ in found[PEAKS:][:1])
+    where = f" {units.listed([span for *_, span in found[PEAKS:]])}" if rest else ""
+    return f"; its error peaked {said}{rest}{where}{''.join(reversed(calm))}"
 
 
 def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
