@@ -591,7 +591,7 @@ def test_captions_over_a_key_say_where_most_fail_and_the_error_is_extreme():
         in said(["Some fail."], {"": shown})
     )
     assert "Of those that complete with nets off, the median" in said(["Some fail."], {"nets off": shown})
-    assert said([], {}) == "No range of vehicle mass has more failures than chance explains."
+    assert said([], {}) == "No range of vehicle mass was found in which more flights fail than chance explains."
     told = key_text.extremes("vehicle.mass", ranges, {"": shown}, "kg").replace("\N{NO-BREAK SPACE}", " ")
     assert told == "vehicle mass: 50 % fail from 0.8 to 1 kg, but 0 % from 0.6 to 0.8 kg."
 

@@ -132,9 +132,11 @@ def test_all_good_and_only_one():
     assert sentences(found)[:2] == ["1 flight: it succeeds.", "It is a single flight, which gives no success rate."]
     alone = "The only flight succeeded. It is a single flight, which gives no success rate."
     assert [answer(found), answer(found._replace(decision="Shown."))] == [alone, f"Shown. {alone}"]
-    late = found._replace(flights=2, meaning=" (the first 9.9 s are not counted)")
-    assert sentences(late)[0].startswith("2 flights: 100 % succeed (the first 9.9 s are not counted); ")
-    assert answer(late).startswith("All 2 flights succeeded; the 95 % interval ")
+    late = found._replace(flights=2, meaning=" (limit: largest error 0.3 m; the first 9.9 s are not counted)")
+    assert sentences(late)[0].startswith(
+        "2 flights: 100 % succeed (limit: largest error 0.3 m; the first 9.9 s are not counted); "
+    )
+    assert answer(late).startswith("All 2 flights succeeded (limit: largest error 0.3 m); the 95 % interval ")
     assert answer(late).endswith(" %. The first 9.9 s are not counted.")
     assert answer(late._replace(decision="Not met: ...")).startswith("Not met: ... All 2 flights succeeded; ")
 

@@ -59,8 +59,9 @@ Section: TypeAlias = TableSection | Figure | str
 class Evidence(NamedTuple):
     """What a study has found.
 
-    name: of what was studied; kind: of study, in a word. answer: to its question, in a sentence; sentences: the same for the
-    terminal, or `opening`, which says the grade too, above the tables. record: everything measured, as JSON can hold it.
+    name: of what was studied; kind: of study, in a word. answer: to its question, in a sentence; points: more of it, as a
+    list; sentences: both for the terminal, or `opening`, which says the grade too, above the tables. record: all measured, as
+    JSON can hold it.
     figures: at the top; sections: below them. paper: a table of LaTeX. cases: the points on which it is judged. more:
     paragraphs below the answer. warnings: what speaks against it. grade: "grade" and "why" of the loop at rest, if known;
     told: whether a sentence has it already; whose: which loop that is. commands: lines for the terminal with something to
@@ -85,6 +86,7 @@ class Evidence(NamedTuple):
     commands: Sequence[str] = ()
     opening: str = ""
     fold: Collection[str] = ("flown", "reading")
+    points: Sequence[str] = ()
 
     @property
     def graded(self) -> list[str]:
@@ -120,7 +122,7 @@ class Evidence(NamedTuple):
             *(markup.paragraph(numerals(f"Warning: {one}"), escape) for one in self.warnings),
         ]
         figures, failed = [one.html(out) for one in self.figures], any(case.failure for case in self.cases)
-        summary = markup.summary(" ".join([self.answer, *self.graded]), self.facts, figures, failed)
+        summary = markup.summary(" ".join([self.answer, *self.graded]), self.facts, figures, failed, self.points)
         sections = [one if isinstance(one, str) else one.html(out) for one in self.sections]
         return markup.page_text(self.name, [summary, *texts, *sections], self.kind, fold=self.fold)
 

@@ -171,10 +171,12 @@ def table(
     return f'<div class="scroll" tabindex="0"><table>{head}<tbody>\n{body}</tbody></table></div>'
 
 
-def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = (), failed: bool = False) -> str:
+def summary(
+    answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = (), failed: bool = False, points: Sequence[str] = ()
+) -> str:
     """What a report begins with: the answer in one sentence, the numbers that say it, and up to three figures that show it.
 
-    answer: further sentences of it are set as text. figures: of `figure`. failed: whether it is no good news.
+    answer: further sentences of it are set as text, points as a list. figures: of `figure`. failed: whether it is bad news.
     """
     first, *rest = SENTENCE.split(answer, maxsplit=1)
     tiles = "".join(
@@ -185,7 +187,7 @@ def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = ()
     tiles = f'<dl class="facts">{tiles}</dl>' if tiles else ""
     begins = f'<span class="fails">{rich(first)}</span>' if failed else rich(first)
     said = f'<p class="answer">{begins}</p>{"".join(paragraph(more) for more in rest if more)}'
-    return f'{said}{tiles}<div class="summary">{"".join(figures)}</div>'
+    return f'{said}{unbroken(listing(points)) if points else ""}{tiles}<div class="summary">{"".join(figures)}</div>'
 
 
 def figure(path: Path, caption: str, set_as: Callable[[str], str] = rich) -> str:

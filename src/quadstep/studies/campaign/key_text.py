@@ -46,7 +46,8 @@ def ranking(
         else:
             line = f"No single key explains a share of {name} that differs significantly from zero."
         if clear and not rest:
-            line += " The rest is due to whatever else is random in a flight, and to the coarseness of the estimate."
+            rest = "Most is" if shares[key].high < 0.5 else "The rest is"
+            line += f" {rest} due to whatever else is random in a flight, turbulence for instance, and to coarse estimating."
         elif clear and not campaign.file.correlated:
             together = min(1.0, sum(one.value for one in clear.values()))
             known = f"Taken one by one, the {len(clear)} significant keys together explain {100.0 * together:.3g} %"
@@ -93,7 +94,7 @@ def over_key(key: str, said: Sequence[str], bins: Bins, lines: Mapping[str, ByKe
     """What to see of the flights over a key. said: of their failures, nothing if chance explains these; lines: by the value of
     another key, those whose median error is told.
     """
-    found = " ".join(said) or f"No range of {words(key)} has more failures than chance explains."
+    found = " ".join(said) or f"No range of {words(key)} was found in which more flights fail than chance explains."
     for what, shown in lines.items():
         if len(shown.errors) > 1:
             order = sorted((float(some[1]), place) for place, some in shown.errors.items())

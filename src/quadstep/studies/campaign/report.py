@@ -120,14 +120,17 @@ def evidence(of: ReportSubject) -> Evidence:
         *text.opening(of.store, of.campaign, summary, of.path),
         *text.closing(summary.statistical),
     ]
+    apart = values_of(next(iter(summary.findings.values()))[0], of.columns, len(rmse)) if summary.by else {}
+    parts = {name: {what: number(flown[name])[where & through] for what, where in apart.items()} for name in (RMSE, LARGEST)}
     glance = ("distributions", text.medians(summary)), ("ranking", RANKING)
     return Evidence(
         name=name,
         kind="Campaign",
         answer=text.answer(summary),
+        points=[*summary.findings],
         sentences=(),
         record={},
-        facts=[one for one in text.facts(summary) if not (begun and one.what.endswith("largest error"))],
+        facts=[one for one in text.facts(summary, parts) if not (begun and one.what.endswith("largest error"))],
         figures=[figure(*one) for one in glance if (of.folder / f"{one[0]}.svg").is_file()],
         sections=sections,
         paper=text.for_a_paper(summary, name),

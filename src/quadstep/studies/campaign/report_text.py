@@ -22,7 +22,7 @@ from quadstep.studies.campaign.planner import SINGLY
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.single_flight import replay_command
 from quadstep.studies.campaign.store import Store
-from quadstep.studies.campaign.summary import FEW, QUANTILES, CampaignSummary, WorstFlight, within
+from quadstep.studies.campaign.summary import FEW, FEWEST, QUANTILES, CampaignSummary, WorstFlight, within
 from quadstep.studies.campaign.varied import text_of, variation_text
 
 DIGITS = 4
@@ -34,12 +34,14 @@ SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 def answer(summary: CampaignSummary) -> str:
     if not summary.statistical:
         return f"{summary.decision} {succeeded(summary)}{summary.meaning}. {summary.why_not}".lstrip()
-    judged = "" if summary.decision else summary.meaning[2:-1]  # the decision says by what flights are judged
-    said = [summary.decision, f"{succeeded(summary)}; the 95 % interval is {within(*summary.success[1:])}.", *summary.findings]
-    return " ".join([one for one in said if one] + [f"{judged[:1].upper()}{judged[1:]}."][: len(judged)])
+    limits, _, more = ("" if summary.decision else summary.meaning[2:-1]).partition("; ")  # which a decision says itself
+    judged, interval = f" ({limits})" if limits else "", f"the 95 % interval{' of all' * bool(summary.by)} is "
+    said = f"{summary.decision} {succeeded(summary)}{judged}{summary.by}; {interval}{within(*summary.success[1:])}."
+    return f"{said} {more[:1].upper()}{more[1:]}{'.' * bool(more)}".strip()
 
 
-def facts(summary: CampaignSummary) -> list[markup.Fact]:
+def facts(summary: CampaignSummary, parts: Mapping[str, Mapping[str, NDArray[np.float64]]] = {}) -> list[markup.Fact]:
+    """The largest quantile of each metric that is known. parts: values of each metric by the choice that decides most."""
     if not summary.statistical:
         return medians_only(summary)
     found = []
@@ -49,7 +51,9 @@ def facts(summary: CampaignSummary) -> list[markup.Fact]:
         what, of = ("median", "") if share == QUANTILES[0] else (f"{100.0 * share:g}th percentile", "of ")
         ends = " to ".join(units.quantity(end, unit) for end in one[1:])
         interval = f"95 % interval of the {what}: {ends}" if one.bounded else FEW
-        found.append(markup.Fact(f"{what} {of}{words}", units.estimate(*one, unit), interval))
+        apart = [f"{units.quantity(float(np.quantile(some, share)), unit)} with {which}"
+                 for which, some in parts.get(spread.metric, {}).items() if len(some) * (1.0 - share) >= FEWEST]  # fmt: skip
+        found.append(markup.Fact(f"{what} {of}{words}", units.estimate(*one, unit), "; ".join([interval, *apart])))
     return found
 
 

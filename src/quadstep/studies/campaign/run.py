@@ -84,8 +84,8 @@ def finish(
     grading, grid = request.grading(campaign.mission), campaign.file.combinations
     summary = summarise(store, campaign.varies, grading, campaign.singly, grid, is_random(campaign), tail)
     columns = varied_keys(store, campaign.file)
-    found = failures_go_with(store, campaign, columns) if summary.statistical else {}
-    summary = summary._replace(meaning=campaign.meaning, decision=decision, findings=found)
+    by, found = failures_go_with(store, campaign, columns) if summary.statistical else ("", {})
+    summary = summary._replace(meaning=campaign.meaning, decision=decision, findings=found, by=by)
     write_report(store, campaign, summary, request.path, columns, request.sheet)
     store.save(complete=True, summary=as_json(summary))
     return FinishedCampaign(campaign, summary, store.folder)

@@ -30,8 +30,10 @@ Findings = dict[str, tuple[str, ...]]
 FEWEST, MOST, DIGITS = 3, 0.6, 3
 """Fewest flights that have anything in common; most of all flights that may; digits of where a key begins or ends."""
 
-STEPS, A_GROUP, NAMED, BANDS = 40, 20, 3, 3
-"""About how many ends of ranges a number is tried at; the fewest flights on either side; most keys and most ranges told."""
+STEPS, A_GROUP, NAMED, BANDS, FIFTHS = 40, 20, 3, 3, 5
+"""About how many ends of ranges a number is tried at; the fewest flights on either side; most keys and most ranges told; parts
+in each of which more fail than in the one before, where a share rises steadily.
+"""
 
 MOST_LINES = 3
 """Most values of a choice that have lines of their own over the other keys."""
@@ -57,32 +59,48 @@ class KeyOrder(NamedTuple):
         if not low:
             return f"{'within' if near else 'below'} {self.ends[high - 1]}{self.unit}{near}"
         if last:
-            return f"{self.ends[low - 1]}{self.unit} or more{near}" if near else f"from {self.ends[low - 1]}{self.unit} on"
-        return f"{'' if near else 'from '}{self.ends[low - 1]} to {self.ends[high - 1]}{self.unit}{near}"
+            return f"{'at least ' if near else 'from '}{self.ends[low - 1]}{self.unit}{near.replace('from', 'off') or ' on'}"
+        return (
+            f"{'' if near else 'from '}{self.ends[low - 1]} to {self.ends[high - 1]}{self.unit}{near.replace('from', 'off')}"
+        )
 
 
 class Split(NamedTuple):
     """Flights by a key. bands: failures and flights of each range or value, and what it is called; score: how much better they
     explain who fails than one share does, less what chance may do; above 0 where they differ by more than chance. within: the
-    choice and the one of its values with which these flights are; none for all flights.
+    choice and the one of its values with which these flights are; none for all flights. steady: whether the bands are the
+    first and the last of `steady`; choice: whether they are values.
     """
 
     key: str
     bands: list[tuple[int, int, str]]
     score: float
     within: tuple[str, ...] = ()
+    steady: bool = False
+    choice: bool = False
 
     @property
     def sentence(self) -> str:
-        """Of each band how many fail, the most first."""
+        """Of each band how many fail, the most first; from the first to the last where that is a rise, or a fall."""
+        bands = self.bands if self.steady else sorted(self.bands, key=lambda one: -one[0] / one[1])
         said = [
             f"{hit} of {size} {'flights fail ' * (not place)}({units.percent(*share(hit, size))}) {text}"
-            for place, (hit, size, text) in enumerate(sorted(self.bands, key=lambda one: -one[0] / one[1]))
+            for place, (hit, size, text) in enumerate(bands)
         ]
+        if self.steady:
+            way = "rises" if bands[0][0] / bands[0][1] < bands[1][0] / bands[1][1] else "falls"
+            return f"{words(self.key)}: it {way} from each fifth of the flights to the next, from {said[0]} to {said[1]}"
         return f"{words(self.key)}: {', '.join(said[:-1])}, but {said[-1]}"
 
+    @property
+    def successes(self) -> str:
+        """Of each value of a choice the share of flights that succeed, after a colon; nothing where there are many."""
+        best = sorted((share(size - hit, size), text) for hit, size, text in self.bands)[::-1]
+        said = [f"{units.percent(good.value)} {text}" for good, text in best]
+        return f": {', '.join(said)}" if self.choice and len(said) <= BANDS else ""
 
-def failures_go_with(store: Store, campaign: Campaign, columns: Mapping[str, VariedKey]) -> Findings:
+
+def failures_go_with(store: Store, campaign: Campaign, columns: Mapping[str, VariedKey]) -> tuple[str, Findings]:
     """`findings` of a campaign's flights."""
     flown = store.read([OUTCOME, SUCCESS])
     failed, early = ~flown[SUCCESS].to_numpy(), pc.not_equal(flown[OUTCOME].cast("string"), OUTCOMES[0]).to_numpy()
@@ -103,23 +121,26 @@ def value_at(section: object, key: str) -> float:
 def findings(
     failed: Flights, kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], unit_of: Mapping[str, str],
     nominal: Mapping[str, float] = {},
-) -> Findings:  # fmt: skip
-    """What failures go with, in sentences. kinds, unit_of: as `in_common` has them; nominal: values of keys in the mission."""
+) -> tuple[str, Findings]:  # fmt: skip
+    """What failures go with, in sentences, and `successes` by the choice that explains most, if one does. kinds, unit_of: as
+    `in_common` has them; nominal: values of keys in the mission.
+    """
     said: Findings = {}
-    for one in splits(failed, columns, unit_of, nominal):
+    found = splits(failed, columns, unit_of, nominal)
+    for one in found:
         how = f"With {with_option(*one.within)}, how" if one.within else "How"
         said[f"{how} many flights fail varies with {one.sentence}."] = (one.key, *one.within[:1])
     said |= in_common(kinds, columns, unit_of)
     if said and not any(key.startswith("controller") for key in columns):
         said["No gain varies here, so these flights do not say which gains would help."] = ()
-    return said
+    return (found[0].successes if found else ""), said
 
 
 def splits(
     failed: Flights, columns: Mapping[str, VariedKey], unit_of: Mapping[str, str], nominal: Mapping[str, float] = {}
 ) -> list[Split]:
     """The keys over which the share of failures differs, those first that explain most; if one key and, within each of its
-    values, one other explain more, these.
+    values, one other explain more, these, and the others that do there.
     """
     scales = [scale for key, one in columns.items() for scale in scales_of(key, one, unit_of[key], nominal.get(key, math.nan))]
     choices = [(key, one, one.options) for key, one in columns.items() if one.options is not None]
@@ -128,14 +149,14 @@ def splits(
     found, most = alone, max((one.score for one in alone), default=0.0)
     for key, one, options in choices:
         others = [scale for scale in scales if scale.key != key]
-        inner = [
-            best._replace(within=(key, text))
+        each = [
+            [best._replace(within=(key, text)) for best in best_of_keys(failed, one.values == place, others, tried)[:NAMED]]
             for place, text in enumerate(options)
-            for best in best_of_keys(failed, one.values == place, others, tried)[:1]
         ]
-        own = [split for split in alone if split.key == key]
+        inner, own = [best for some in each for best in some[:1]], [split for split in alone if split.key == key]
         score = sum(split.score for split in (*own, *inner)) - (0.0 if own else cost(tried))
         if inner and score > most:
+            inner = [best for some in each for best in some]
             used = {key, *(split.key for split in inner)}
             found, most = [*own, *inner, *(split for split in alone if split.key not in used)], score
     return found[: max(NAMED, sum(bool(one.within) for one in found) + 1)]
@@ -191,7 +212,7 @@ def split(failed: Flights, where: Flights, scale: KeyOrder, tried: int) -> Split
         ]
         clear = any(unlikely(hit, some, count, total) > cost(tried) for hit, some, _ in groups)
         gain = sum(some * divergence(hit / some, count / total) for hit, some, _ in groups)
-        return Split(scale.key, groups, clear * max(gain - cost(tried), 1e-9))
+        return Split(scale.key, groups, clear * max(gain - cost(tried), 1e-9), choice=True)
     n, h = np.concatenate([[0], np.cumsum(flights)]).tolist(), np.concatenate([[0], np.cumsum(hits)]).tolist()
     ends, score = [0, size], 0.0
     while len(ends) <= BANDS:
@@ -206,8 +227,24 @@ def split(failed: Flights, where: Flights, scale: KeyOrder, tried: int) -> Split
             break
         gained, at = max(found)
         ends, score = sorted([*ends, at]), score + gained - needed
-    parts = list(itertools.pairwise(ends)) if score else []
-    return Split(scale.key, [(h[high] - h[low], n[high] - n[low], scale.range_text(low, high)) for low, high in parts], score)
+    fifths = steady(h, n) if score else []
+    parts = [fifths[0], fifths[-1]] if fifths else list(itertools.pairwise(ends)) if score else []
+    bands = [(h[high] - h[low], n[high] - n[low], scale.range_text(low, high)) for low, high in parts]
+    return Split(scale.key, bands, score, steady=bool(fifths))
+
+
+def steady(h: list[int], n: list[int]) -> list[tuple[int, int]]:
+    """About `FIFTHS` of the flights, from place to place, if the share that fails rises from each to the next, or falls, and
+    no step is almost half of the way; else none. h, n: as of `gain_at`.
+    """
+    inner = [min(range(1, len(n) - 1), key=lambda at: abs(n[at] - n[-1] * i / FIFTHS), default=0) for i in range(1, FIFTHS)]
+    parts = list(itertools.pairwise([0, *inner, len(n) - 1]))
+    if any(n[high] - n[low] < A_GROUP for low, high in parts):
+        return []
+    shares = [(h[high] - h[low]) / (n[high] - n[low]) for low, high in parts]
+    steps = [after - before for before, after in itertools.pairwise(shares)]
+    way = shares[-1] - shares[0]
+    return parts if all(0.0 < one * way <= 0.45 * way * way for one in steps) else []
 
 
 def gain_at(h: list[int], n: list[int], low: int, at: int, high: int, needed: float) -> float:

@@ -64,7 +64,8 @@ class CampaignSummary(NamedTuple):
     nothing of them is drawn at random; 0 where something is. uneven: points of its grid, where it does not fly all of them
     equally often; else 0. singly: keys because of which each flight was set up by itself.
     meaning: as `Campaign` has it. decision: what `--until` has shown of the flights, a sentence. findings: what failures go
-    with, and the keys that each names. tail: the chance that one of its intervals misses the truth on either side.
+    with, and the keys that each names; by: `successes` of the first. tail: the chance that an interval misses the truth on
+    either side.
     """
 
     flights: int
@@ -80,6 +81,7 @@ class CampaignSummary(NamedTuple):
     meaning: str = ""
     decision: str = ""
     findings: Mapping[str, tuple[str, ...]] = {}
+    by: str = ""
     tail: float = TAIL
 
     @property
@@ -154,9 +156,9 @@ def within(low: float, high: float) -> str:
 
 def sentences(summary: CampaignSummary) -> list[str]:
     value, low, high = summary.success
-    interval = f"; the 95 % interval is {within(low, high)}" if summary.statistical else ""
+    interval = f"; the 95 % interval{' of all' * bool(summary.by)} is {within(low, high)}" if summary.statistical else ""
     good = f"{units.percent(value)} succeed" if summary.flights > 1 else "it succeeds" if value else "it fails"
-    lines = [f"{units.counted(summary.flights, 'flight')}: {good}{summary.meaning}{interval}.", *summary.findings]
+    lines = [f"{units.counted(summary.flights, 'flight')}: {good}{summary.meaning}{summary.by}{interval}.", *summary.findings]
     if not summary.statistical:
         lines.append(summary.why_not)
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
