@@ -27,6 +27,10 @@ class MapPanel(NamedTuple):
     rmse: tuple[float, float] | None
 
 
+ALIKE = 0.01
+"""Relative difference of errors up to which they are the same: where the least is, is told of what all such cells share."""
+
+
 class Envelope(NamedTuple):
     asked: Request
     cells: Cells
@@ -50,10 +54,37 @@ def answer(envelope: Envelope) -> str:
         return none_flyable(envelope, f"None of the {cells} {over}", units.listed(names), more)
     first, *others = [f"{one.flyable} of {cells}" for one in envelope.panels]
     parts = [f"{first} {over} can be flown{names[0]}", *map("".join, zip(others, names[1:], strict=True))]
-    counts = f" A combination that can be flown succeeded in {enough(asked)[0]}{sure(asked)}." if asked.flights > 1 else ""
-    alone = most_of(asked) if asked.flights == 1 else ""
-    judged = f"{asked.campaign.meaning[2].upper()}{asked.campaign.meaning[3:-1]}."
-    return f"{', '.join(parts)}{alone}{borders(envelope)}.{counts} {judged}{more}"
+    counts = f" A combination that can be flown succeeded in {enough(asked)[0]}{sure(asked)}.{close(envelope)}"
+    alone, judged = (most_of(asked), "") if asked.flights == 1 else ("", counts)
+    return f"{', '.join(parts)}{alone}{asked.campaign.meaning}{borders(envelope)}{frontier(envelope)}.{judged}{more}"
+
+
+def close(envelope: Envelope) -> str:
+    """In how many cells the flights do not decide whether enough succeed, in a sentence after a blank."""
+    ends = [share(int(one), envelope.asked.flights) for one in envelope.cells.successes.flat] if envelope.asked.random else []
+    count = sum(one.low < FLYABLE <= one.high for one in ends)
+    said = f" In {count} of {len(ends)} combinations the interval holds {units.percent(FLYABLE)}"
+    return f"{said}: more flights may change the verdict." if count else ""
+
+
+def frontier(envelope: Envelope) -> str:
+    """Up to which value of y a map of one panel can be flown at the first, the middle and the last x between none and all of
+    it, if that grows or falls with x, in a clause after a semicolon; else nothing.
+    """
+    asked, rows = envelope.asked, envelope.cells.flyable[0]
+    counts = rows.sum(axis=0)
+    part = np.flatnonzero((counts > 0) & (counts < len(rows)))
+    steps = np.diff(counts)
+    whole = (rows == (np.arange(len(rows))[:, None] < counts)).all() and ((steps >= 0).all() or (steps <= 0).all())
+    if (
+        not (whole and len(part) > 2 and np.ptp(counts[part]) and asked.x.ranged and asked.y.ranged)
+        or asked.by
+        or asked.random
+    ):
+        return ""
+    told = [f"{asked.y.shown(asked.y.values[counts[at] - 1])} at {asked.x.shown(asked.x.values[at])}"
+            for at in part[[0, len(part) // 2, -1]]]  # fmt: skip
+    return f"; between, up to a {words(asked.y.key)} of {units.listed(told)}"
 
 
 def none_flyable(envelope: Envelope, none: str, names: str, more: str) -> str:
@@ -126,12 +157,11 @@ def ends(envelope: Envelope) -> str:
     shown = np.where(cells.flyable, cells.rmse, np.nan)
     if np.isfinite(shown).sum() < 2 or np.nanmin(shown) == np.nanmax(shown):
         return ""
-    axes = [(one, place) for place, one in ((2, asked.x), (1, asked.y), (0, asked.by)) if one]
-    told, (unit, factor) = list[str](), units.handy("m", float(np.nanmax(shown)))
+    axes, told = [(one, place) for place, one in ((2, asked.x), (1, asked.y), (0, asked.by)) if one], list[str]()
     for found in (np.nanargmin(shown), np.nanargmax(shown)):
-        where = np.unravel_index(found, shown.shape)
-        at = units.listed([one.in_words(one.values[where[place]]) for one, place in axes])
-        told.append(f"{units.number(factor * float(shown[where]))}\N{NO-BREAK SPACE}{unit} ({at})")
+        alike = np.argwhere(np.isclose(shown, shown.flat[found], rtol=ALIKE, atol=LEAST))
+        at = units.listed([one.in_words(one.values[alike[0, place]]) for one, place in axes if not np.ptp(alike[:, place])])
+        told.append(f"{units.quantity(float(shown.flat[found]), 'm')}{f' ({at})' * bool(at)}")
     what = f"{'median ' if asked.flights > 1 else ''}position RMSE"
     return f" Where it can be flown, the {what} ranges from {told[0]} to {told[1]}."
 
@@ -175,7 +205,9 @@ def caption(envelope: Envelope, linked: bool) -> str:
     cells, seen = envelope.cells, coloured(envelope.cells)
     several = envelope.asked.flights > 1
     seen_there = "a flight of that cell, which ends as at least half do there" if several else "the flight of that cell"
-    parts = [f"Click a circle to see {seen_there}."] * linked
+    parts = [f"Click a circle to see {seen_there}; its page may warn of more than the limits of this map."] * linked
+    if (struck := seen & ~cells.flyable).any() and cells.flyable.any():
+        parts = [f"Struck through: {units.counted(int(struck.sum()), 'cell')} in which too few succeed.", *parts]
     if not seen.all():
         few = "in which fewer than half of the flights succeed" if several else "whose flight fails"
         look = "Hatched by cause" if cells.cause[~seen].any() else "Dotted"
@@ -186,8 +218,7 @@ def caption(envelope: Envelope, linked: bool) -> str:
         ends = [units.percent(float(end(cells.share))) for end in (np.min, np.max)]
         parts = [f"Colour: share of flights that succeed, from {ends[0]} to {ends[1]}; lighter means more.", *parts]
     elif seen.any():
-        unit, factor = units.handy("m", most)
-        told = [f"{units.number(factor * one)}\N{NO-BREAK SPACE}{unit}" for one in (least, most)]
+        told = [units.quantity(one, "m") for one in (least, most)]
         ranges = f"from {told[0]} to {told[1]}; lighter means larger" if least < most else told[0]
         parts = [f"Colour: {what}, {ranges}.", *parts]
     return " ".join(parts)

@@ -172,8 +172,8 @@ def in_brief(cause: str) -> str:
     return LOOKS[cause][2] or "above a limit"
 
 
-OUTLINE, THICK = "black", 1.4
-"""Of the cells that can be flown, where each has several flights; a white seam tells it from dark cells."""
+STRUCK, THICK = "black", 0.9
+"""Of the lines through coloured cells that cannot be flown; a white seam tells them from dark cells."""
 
 MOST_HATCHED = 20_000
 """Spans of cells that are hatched; beyond, grey has to do."""
@@ -253,8 +253,8 @@ def draw_panel(axes: Axes, request: Request, cells: Cells, place: int, norm: Nor
     axes.imshow(image, extent=(across[0], across[-1], up[0], up[-1]), origin="lower", aspect="auto", interpolation="none")
     for number, name in enumerate(CAUSES):
         hatch(axes, ~good & (cause == number), across, up, name)
-    if cells.flights > 1:
-        outline(axes, cells.flyable[place], across, up)
+    if cells.flyable.any():
+        strike(axes, good & ~cells.flyable[place], across, up)
     tell_cells(axes, request, cells, place)
     for axis, given in ((axes.xaxis, request.x), (axes.yaxis, request.y)):
         if given.ranged:
@@ -264,13 +264,11 @@ def draw_panel(axes: Axes, request: Request, cells: Cells, place: int, norm: Nor
             axis.set_ticks(range(0, len(given.values), every), [text_of(one) for one in given.values[::every]])
 
 
-def outline(axes: Axes, where: NDArray[np.bool_], across: NDArray[np.float64], up: NDArray[np.float64]) -> None:
-    """A line around some cells, along their edges."""
-    upright, level = (np.argwhere(np.diff(np.pad(where, 1), axis=axis)).tolist() for axis in (1, 0))
-    lines = [[(across[column], up[row - 1]), (across[column], up[row])] for row, column in upright]
-    lines += [[(across[column - 1], up[row]), (across[column], up[row])] for row, column in level]
+def strike(axes: Axes, where: NDArray[np.bool_], across: NDArray[np.float64], up: NDArray[np.float64]) -> None:
+    """A line from corner to corner of some cells."""
+    lines = [[(across[x], up[y]), (across[x + 1], up[y + 1])] for y, x in np.argwhere(where)[:MOST_HATCHED].tolist()]
     seam = withStroke(linewidth=2.0 * THICK, foreground="white")
-    axes.add_collection(LineCollection(lines, colors=OUTLINE, linewidths=THICK, path_effects=[seam]), autolim=False)
+    axes.add_collection(LineCollection(lines, colors=STRUCK, linewidths=THICK, path_effects=[seam]), autolim=False)
 
 
 def link_cells(axes: Axes, request: Request, place: int, links: Mapping[int, str]) -> None:
@@ -350,8 +348,8 @@ def legend(request: Request, cells: Cells) -> list[Artist]:
         for number, name in enumerate(CAUSES)
         if (grey & (cells.cause == number)).any()
     ]
-    flown = bool(cells.flights > 1 and cells.flyable.any())
-    return [*handles, *[Line2D([], [], color=OUTLINE, linewidth=THICK, label="outlined: can be flown")][:flown]]
+    some = bool((~grey & ~cells.flyable).any() and cells.flyable.any())
+    return [*handles, *[Line2D([], [], color=STRUCK, linewidth=THICK, label="too few succeed")][:some]]
 
 
 def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: Normalize, request: Request) -> None:
