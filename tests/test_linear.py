@@ -11,6 +11,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from quadstep import Mission
+from quadstep.control.vectoring import desired_attitude
 from quadstep.interfaces.controller import Controller
 from quadstep.linear import equilibrium
 from quadstep.linear.analysis import StepResponse, analyse_rest, of_loop, worst_of
@@ -405,12 +406,36 @@ def test_a_step_is_judged_by_where_it_rests_and_one_that_rests_elsewhere_is_said
     turned = StepResponse("yaw", "rad", t, 1.4 * (1.0 - np.exp(-t)))
     assert (turned.rest, turned.overshoot) == (pytest.approx(1.4, rel=1e-4), 0.0)
     assert turned.settling == pytest.approx(-np.log(0.02), abs=0.02)
-    assert off_the_step([turned]).startswith(" Yaw rests at 1.4, not at 1. The path steps the heading, ")
+    said = off_the_step([turned])
+    assert said.startswith(" Yaw rests at 1.4, not at 1. Seen from above, the nose turns 1.4 times as far as ")
+    assert "heading error of 40 % of it" in said
     assert off_the_step([turned._replace(value=0.7287 * turned.value)]).startswith(" Yaw rests at 1.02, not at 1.")
     for values in (t, 0.0 * t):  # it drifts, or does not follow at all
         other = StepResponse("x", "m", t, values)
         assert (other.rest, other.settling) == (1.0, np.inf)
     assert not off_the_step([StepResponse("x", "m", t, 1.0 - np.exp(-t))])
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_nose_that_is_nearest_to_a_heading_turns_farther_than_it_where_the_thrust_leans_along_it(seed):
+    """From above by 1/cos^2 of the lean, and by cos^2 of one across: 1.38 at the 31.7 degrees of examples/wind_tunnel.toml."""
+    draw = np.random.default_rng(seed)
+    heading, lean, aside = draw.uniform(-3.0, 3.0), draw.uniform(0.1, 1.2), draw.uniform(-1.5, 1.5)
+
+    def nose(towards, turned=0.0):
+        force = Vector((math.sin(lean) * math.cos(towards), math.sin(lean) * math.sin(towards), math.cos(lean)))
+        none = Vector((0.0, 0.0, 0.0))
+        return np.array(desired_attitude(force, none, none, heading + turned, 0.0).rotation)
+
+    first, second, _ = nose(heading + aside).T
+    others = [math.cos(angle) * first + math.sin(angle) * second for angle in np.linspace(0.0, 6.2, 100)]
+    assert max(one @ [math.cos(heading), math.sin(heading), 0.0] for one in [*others, first]) == pytest.approx(
+        first @ [math.cos(heading), math.sin(heading), 0.0]
+    )
+    for towards, gain in ((0.0, 1.0 / math.cos(lean) ** 2), (0.5 * math.pi, math.cos(lean) ** 2)):
+        ends = [nose(heading + towards, turned)[:, 0] for turned in (-1e-6, 1e-6)]
+        turn = math.remainder(math.atan2(ends[1][1], ends[1][0]) - math.atan2(ends[0][1], ends[0][0]), 2.0 * math.pi)
+        assert turn / 2e-6 == pytest.approx(gain, rel=1e-5)
 
 
 @pytest.mark.parametrize("apart", [1.2, 1.5, 4.0])

@@ -237,8 +237,10 @@ def off_the_step(moves: list[StepResponse]) -> str:
     if "yaw" not in off:
         return said
     return (
-        f"{said} The path steps the heading, to which the nose points, by 1; where a vehicle leans, as in wind, its yaw, an "
-        "Euler angle, changes by a different amount. Overshoot and settling time are relative to where a response rests."
+        f"{said} Seen from above, the nose turns {off['yaw']:.3g} times as far as the path's heading: a small turn leaves a "
+        f"heading error of {100.0 * abs(off['yaw'] - 1.0):.2g} % of it. Where a vehicle leans, as in wind, the direction in "
+        "its rotor plane that is nearest to a heading need not lie above or below it; laws that point the nose there turn it "
+        "too far or not far enough. Overshoot and settling time are relative to where a response rests."
     )
 
 
