@@ -15,7 +15,7 @@ from quadstep.linear.analysis import analyse_rest, limits
 from quadstep.linear.equilibrium import hovering
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, Grade, grade, graded, quick_grade, whole_grade
 from quadstep.linear.margins import MarginLimits
-from quadstep.linear.run import flown_from_rest, for_latency, record, with_limit
+from quadstep.linear.run import THERE, flown_from_rest, for_latency, record, with_limit
 from quadstep.linear.tables import sentences
 from quadstep.linear.wind_limit import cannot_hover
 from quadstep.mission.read import read_mission
@@ -115,7 +115,7 @@ def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis
         f"{gain.value:.1f} dB ({gain.channel}), delay margin {1e3 * delay.value:.1f} ms ({delay.channel})."
     )
     with_limits = [with_limit(one, analysis).more for one in worst.facts([("", analysis)])]
-    assert [one.partition("; a sound loop has at least ")[2] for one in with_limits] == ["6.0 dB", "30.0°", "", ""]
+    assert [one.partition("; a sound loop has at least ")[2] for one in with_limits] == ["6.0 dB", "30.0°", "", "", "", ""]
     content = record(analysis, [])
     assert (content["grade"], content["stable"]) == (FRAGILE, True)
     assert content["limits"] == {"gain[dB]": 6.0, "phase[rad]": math.radians(30.0), "delay[s]": 0.0}
@@ -214,16 +214,16 @@ def test_a_memory_that_stops_at_a_limit_is_not_followed_beyond_it(tmp_path):
 
 def test_a_loop_that_swings_about_a_rest_is_unstable_there_and_said_to_swing(tmp_path):
     run = quadstep("linear", EXAMPLES / "super_twisting.toml", "--out", tmp_path / "out")
-    unstable, swings = run.out.splitlines()[-3:-1]
+    unstable, (swings, remedy) = run.out.splitlines()[0], run.out.splitlines()[-3:-1]
     assert unstable.startswith("At rest at the start of its path, the loop is unstable: a deviation doubles every ")
-    said = r"Flown at rest where its path begins, it does not settle: it swings by 1\d(\.\d)? mm along [xy] every 0.\d+ s\."
-    assert re.fullmatch(said, swings.replace("\u00a0", " "))
-    assert strict_json(tmp_path / "out" / "linear.json")["sentences"] == [unstable, swings]
+    said = rf"{THERE}, it does not settle: it swings by 1\d(\.\d)? mm along [xy] every 0.\d+ s\."
+    assert re.fullmatch(said.replace("\u00a0", " "), swings.replace("\u00a0", " "))
+    assert strict_json(tmp_path / "out" / "linear.json")["sentences"] == [unstable, swings, remedy]
 
 
 def test_what_a_flight_of_an_unstable_loop_does_is_said():
     wild = hover({"type": "geometric", "k_Omega": 2000.0})
-    assert re.match(r"Flown at rest where its path begins, it (is lost after|does not settle)", flown_from_rest(wild))
+    assert re.match(rf"{THERE}, it (is lost after|does not settle)", flown_from_rest(wild))
     assert "too slowly to be seen" in flown_from_rest(hover())
 
 

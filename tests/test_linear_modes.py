@@ -60,8 +60,13 @@ def test_what_keeps_its_value_is_counted_and_is_not_felt():
 
 def test_a_real_pole_that_rounding_splits_is_shown_as_two_equal_ones():
     slow, swinging = (pole_rows([Pole(-1.939, imaginary, ("position.1",))], ", ".join)[0] for imaginary in (3e-14, 0.2))
-    assert (slow[0], slow[4]) == ("-1.939", "2")
-    assert (swinging[0], swinging[4]) == ("-1.939 ± 0.2j", "2")
+    assert (slow[0], slow[5]) == ("-1.939", "2")
+    assert (swinging[0], swinging[5]) == ("-1.939 ± 0.2j", "2")
+
+
+def test_a_growing_pole_has_the_time_in_which_it_doubles_and_neither_time_constant_nor_damping():
+    row = pole_rows([Pole(2.0 * np.log(2.0), 1.0, ("position.1",))], ", ".join)[0]
+    assert row[1:4] == ["0.5", "", ""]
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,7 @@ def steps(loop: ReducedPeriod, poles: list[Pole]) -> list[StepResponse]:
     names, rows = loop.period.pose
     inputs = [WANTED.index(name) for name in names]
     slowest = poles[0].time_constant
-    duration = min(max(SHORTEST, CONSTANTS * slowest), LONGEST)
+    duration = min(max(SHORTEST if slowest > 0.0 else 0.0, CONSTANTS * abs(slowest)), LONGEST)
     x = np.zeros((len(loop.places), len(inputs)))
     made = [rows @ x]
     for _ in range(math.ceil(duration / loop.period.length)):

@@ -19,7 +19,7 @@ from quadstep.linear.equilibrium import hover_mission, quiet
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.states import Array
-from quadstep.linear.tables import OpenLoop, draw_bode, draw_nyquist, draw_steps
+from quadstep.linear.tables import OpenLoop, decibels, draw_bode, draw_nyquist, draw_steps
 from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.metrics.statistics import finite
 from quadstep.mission.multirotor import MultirotorMission
@@ -80,7 +80,7 @@ STEADY = 0.5
 """Share by which the swing may change over the last half of the flight where it neither grows nor decays."""
 
 
-THERE = "Flown at rest where its path begins"
+THERE = f"Flown at rest where its path begins, after a step of {1e3 * KICK:g} mm along each axis"
 
 
 def flown_from_rest(mission: Mission) -> str:
@@ -143,7 +143,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     moves = steps(studied.rest.period, found.poles) if found.stable else []
     first, *others = tables.sentences(found, but)
     opening = first if but else worst.finding(found)
-    said = [opening, *others, *([] if found.stable else [flown_from_rest(mission)]), *for_latency(mission)]
+    said = [opening, *others, *([] if found.stable else [flown_from_rest(mission), REMEDY]), *for_latency(mission)]
     about = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
     poles = TableSection(
         "Poles",
@@ -157,14 +157,19 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
         name=mission.name,
         kind="Linear",
         answer=said[0],
-        sentences=said,
+        opening=said[0],
+        sentences=said[1:],
         record={**about, **record(found, moves), "sentences": said},
         sections=[poles],
         more=said[1:],
         fold=("poles", "steps") if found.stable else (),
     )
     if not found.stable:
-        return done
+        (out / FIGURES).mkdir()
+        draw_steps(out / FIGURES / "step", steps(found.loop, found.poles), sheet.with_svg())
+        pace = quantity(-math.log(2.0) * found.poles[0].time_constant, "s")
+        doubles = markup.Fact("a deviation doubles every", pace, found.in_words(found.poles[0].states))
+        return done._replace(facts=[doubles], figures=[Figure(f"{FIGURES}/step", GROWING)])
     draw(out / FIGURES, found, moves, sheet.with_svg())
     margins = f"{mission.name}: margins, one loop opened at a time"
     return done._replace(
@@ -177,6 +182,13 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
             TableSection("Steps of the path", "steps", tables.STEP_HEADER, tables.step_rows(moves)),
         ],
     )
+
+
+REMEDY = (
+    "Remedy: `quadstep tune` searches for gains with margins; for the paper's law, `quadstep certify` names the conditions "
+    "that fail and what would repair them."
+)
+GROWING = "The path steps by 1 along one axis at a time: the linear response, without the limits at which a flight is lost."
 
 
 def for_latency(mission: Mission) -> list[str]:
@@ -192,10 +204,13 @@ def for_latency(mission: Mission) -> list[str]:
 
 
 def with_limit(fact: markup.Fact, analysis: Analysis) -> markup.Fact:
-    """A least margin with what a sound loop needs of it, and the largest sensitivity with what is customary."""
+    """A least margin with what a sound loop needs of it or what it allows; a largest sensitivity with what is customary."""
     asked = (one for one in graded(analysis).measures if fact.what == f"smallest {one.what} margin")
     needed = [f"a sound loop has at least {one.text(one.limit)}" if one.limit else "no limit applies" for one in asked]
-    needed += ["up to 2 is customary"] * (fact.what == worst.PEAK)
+    needed += [worst.PEAKS.get(fact.what, "")]
+    if fact.what == worst.DISK and (d := min(one.disk for one in analysis.margins)) < 2.0:
+        gain, phase = decibels((2.0 + d) / (2.0 - d)), math.degrees(2.0 * math.atan(0.5 * d))
+        needed.append(f"allows a gain of {gain} dB up or down, a phase of {phase:.1f}°, and less of both together")
     return fact._replace(more="; ".join(filter(None, (fact.more, *needed))))
 
 

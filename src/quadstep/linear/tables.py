@@ -22,7 +22,7 @@ from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.units import listed
 
 MARGIN_HEADER = ("", "gain up [dB]", "gain down [dB]", "phase [°]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
-POLE_HEADER = ("pole [1/s]", "time constant [s]", "damping", "frequency [rad/s]", "count", "states")
+POLE_HEADER = ("pole [1/s]", "doubles every [s]", "time constant [s]", "damping", "frequency [rad/s]", "count", "states")
 STEP_HEADER = ("step of 1", "rests at", "overshoot [%]", "settling time to 2 % [s]")
 METHOD = (
     "One loop is opened at a time, between the controller's command and the rotors. Margins say how far that command can be "
@@ -65,8 +65,9 @@ def pole_rows(poles: list[Pole], in_words: Callable[[Iterable[str]], str], most:
     return [
         [
             f"{pole.real:.4g}" + (f" ± {pole.imaginary:.4g}j" if pole.imaginary > ALIKE * pole.frequency else ""),
-            number(pole.time_constant, ".4g"),
-            f"{pole.damping:.3f}",
+            f"{-math.log(2.0) * pole.time_constant:.4g}" if pole.real > 0.0 else "",
+            number(pole.time_constant, ".4g") if pole.real <= 0.0 else "",
+            f"{pole.damping:.3f}" if pole.real <= 0.0 else "",
             f"{pole.frequency:.4g}",
             str(count),
             in_words(states),

@@ -19,7 +19,8 @@ Loops = Sequence[tuple[str, Analysis | str]]
 ROW_HEADER = ("", "grade", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]", "phase [°]", "delay [ms]", "disk")
 WORST_HEADER = ("margin", "worst", "channel", "where")
 
-PHASE, PEAK = "phase [°]", "largest sensitivity"
+PHASE, DISK = "phase [°]", "smallest disk margin"
+PEAKS = {"largest sensitivity": "up to 2 is customary", "largest complementary sensitivity": "up to 1.25 is customary"}
 
 MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, Callable[[Margins], str]], ...] = (
     ("gain up [dB]", lambda one: one.gain_up, True, lambda one: decibels(one.gain_up)),
@@ -28,6 +29,7 @@ MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, Callable[[Margins],
     ("delay [ms]", lambda one: one.delay, True, lambda one: number(1e3 * one.delay)),
     ("disk", lambda one: one.disk, True, lambda one: f"{one.disk:.2f}"),
     ("S", lambda one: one.sensitivity, False, lambda one: f"{one.sensitivity:.2f}"),
+    ("T", lambda one: one.complementary, False, lambda one: f"{one.complementary:.2f}"),
 )
 """Name, value, whether smaller is worse, and the value as text."""
 
@@ -137,10 +139,11 @@ def facts(loops: Loops) -> list[Fact]:
     gain = min(ways, key=lambda pair: abs(float(pair[0].text)), default=(up, ""))
     for what, one, unit, way in (
         ("gain", gain[0], "\u00a0dB", gain[1]), ("phase", known.get(PHASE), "°", ""),
-        ("delay", known.get("delay [ms]"), "\u00a0ms", ""), (PEAK, known.get("S"), "", ""),
+        ("delay", known.get("delay [ms]"), "\u00a0ms", ""), ("disk", known.get("disk"), "", ""),
+        *((peak, known.get(name), "", "") for name, peak in zip("ST", PEAKS, strict=True)),
     ):  # fmt: skip
         if one:
             value = one.text if one.text == "none" else f"{one.text.removeprefix('-') if way else one.text}{unit}"
-            called = what if what == PEAK else f"smallest {what} margin"
+            called = what if what in PEAKS else f"smallest {what} margin"
             made.append(Fact(called, value, ", ".join(part for part in (one.channel, one.where, way) if part)))
     return made
