@@ -68,6 +68,16 @@ def test_an_attitude_that_has_turned_once_more_than_its_command_is_not_off_it_fo
     assert off_command(log, "drag") == (said if says else "")
 
 
+@pytest.mark.parametrize(("swing", "says"), [(0.1, False), (0.3, True)])
+def test_an_angle_that_swings_by_more_than_the_other_is_off_is_named_too(swing, says):
+    columns = dict.fromkeys(("v_y", "v_z", "wind_x", "wind_y", "wind_z", "roll_d", "pitch_d"), np.zeros(8))
+    columns |= {"v_x": np.full(8, 2.0), "pitch": np.full(8, -0.2), "roll": swing * np.array([1.0, -1.0] * 4)}
+    log = FlightLog(dict.fromkeys(columns, "-"), np.array([*columns.values()]).T, Outcome.COMPLETED, 1.0, None)
+    said = "; one possible reason: drag."
+    said += " Roll swings more, by 17° on average to either side of its command." * says
+    assert off_command(log, "drag").endswith(said)
+
+
 @pytest.mark.parametrize(("largest", "lowest"), [(9.0, 1.0), (33.0, 1.0), (33.0, -4.0)])
 def test_a_flight_farther_from_its_path_than_that_is_wide_is_said_not_to_keep_it(largest, lowest):
     columns = {"t": "s", "x": "m", "z": "m", "x_d": "m", "z_d": "m"}

@@ -11,13 +11,18 @@ export function offCommand({ flight, given, graded }: Shown): string {
   const why = flight.held && graded.labels.every((label) => label === "large error") && given?.controller.offCommand;
   const air = Math.hypot(...["x", "y", "z"].map((axis) => mean(late(flight, `v_${axis}`, `wind_${axis}`))));
   if (!why || !(air >= AIR)) return "";
-  const [pitch, roll] = ["pitch", "roll"].map((angle) => {
+  const about = (angle: string) => {
     const turns = late(flight, `${angle}_d`, angle).map((value) => value / (2 * Math.PI));
-    return 360 * Math.abs(mean(turns.map((turn) => turn - Math.round(turn))));
-  }) as [number, number];
-  const [angle, off] = roll > pitch ? ["roll", roll] : ["pitch", pitch];
-  const said = `In the second half of the flight ${angle} is on average ${off.toFixed(0)}° off its command`;
-  return off >= FROM ? `${said}; one possible reason: ${why}.` : "";
+    const degrees = turns.map((turn) => 360 * (turn - Math.round(turn)));
+    return { angle, off: Math.abs(mean(degrees)), swing: mean(degrees.map(Math.abs)) };
+  };
+  const [pitch, roll] = [about("pitch"), about("roll")];
+  const [most, other] = roll.off > pitch.off ? [roll, pitch] : [pitch, roll];
+  const said = `In the second half of the flight ${most.angle} is on average ${most.off.toFixed(0)}° off its command`;
+  const name = other.angle === "roll" ? "Roll" : "Pitch";
+  const more = ` ${name} swings more, by ${other.swing.toFixed(0)}° on average to either side of its command.`;
+  const swings = Math.round(other.swing) > Math.round(most.off) ? more : "";
+  return most.off >= FROM ? `${said}; one possible reason: ${why}.${swings}` : "";
 }
 
 /** A column less another, in the second half of a flight; nothing where it has not both. */

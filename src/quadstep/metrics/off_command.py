@@ -21,4 +21,7 @@ def off_command(log: FlightLog, why: str) -> str:
     if not (air >= AIR and off[angle] >= FROM):
         return ""
     said = f"In the second half of the flight {angle} is on average {off[angle]:.0f}° off its command"
-    return f"{said}; one possible reason: {why}."
+    other = "roll" if angle == "pitch" else "pitch"
+    swing = math.degrees(float(abs(turned[other]).mean()))
+    swings = f" {other.capitalize()} swings more, by {swing:.0f}° on average to either side of its command."
+    return f"{said}; one possible reason: {why}.{swings * (round(swing) > round(off[angle]))}"
