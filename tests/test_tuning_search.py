@@ -1,9 +1,11 @@
 """The search through the flights: it finds what a grid finds, within the budget, the same for the same seed."""
 
 import math
+import re
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from quadstep import Mission, fly, read_mission
 from quadstep.linear.grade import margin_metrics
@@ -14,7 +16,7 @@ from quadstep.report.progress import SILENT
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.tuning import run, search
-from quadstep.studies.tuning.convergence import led
+from quadstep.studies.tuning.convergence import draw_objective, led
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer, read_request, required_margins, sound
 from quadstep.studies.tuning.objective import Judge
 from quadstep.studies.tuning.search import Search, population
@@ -263,6 +265,11 @@ def test_the_curve_of_the_best_is_that_of_the_rule_of_the_search_and_ends_at_the
         found = run.tune(written(tmp_path, asked), 250, tmp_path / str(seed), seed).found
         steps = led(found)
         assert steps[-1] is found.best and len({one.flights for one in steps}) == len(steps)
+        axes = Figure().subplots()
+        draw_objective(axes, read_request(tmp_path / "mission.toml"), found)
+        curve = axes.get_lines()[-1]
+        (ring,) = curve.get_markevery()
+        assert (curve.get_xdata()[ring], curve.get_ydata()[ring]) == (found.best.flights, found.best.judged.objective)
         for one in steps:
             there = [each for each in found.history if each.flights <= one.flights and each.tried.whole]
             assert one.judged.cost == min(each.judged.cost for each in there)
@@ -325,3 +332,22 @@ def test_the_margins_that_were_asked_for_hold_for_the_mission_that_is_written(tm
     assert done.found.best is not done.found.present, "whose margins are too small"
     looked = [one for one in done.found.history if math.isfinite(one.judged.parts["phase_margin"])]
     assert all(one.tried.whole for one in looked)
+
+
+def test_a_loop_is_graded_at_the_ends_of_what_varies_too(tmp_path):
+    """A loop that is sound with the mass as written is not called so where a heavier vehicle's is fragile."""
+    there = ground(tmp_path, WINDY + SOFT)
+
+    def worst(fragile):
+        def graded(one):
+            return {"grade": "fragile" if fragile(one.vehicle.mass) else "sound", "why": "so"}
+
+        found = run.worst_grade(there, there.asked.present, graded)
+        return f"{found['grade']}: {found['why']}"
+
+    heavy = r"fragile: with vehicle mass (2\.9\d+|3) kg, so; as the mission is written, it is sound"
+    assert re.fullmatch(heavy, worst(lambda mass: mass > 2.9))
+    assert worst(lambda mass: mass < 2.45).startswith("fragile: with vehicle mass 2.4")
+    both = "sound: so; sound with the least and the largest vehicle mass that fly, too"
+    assert worst(lambda mass: False) == both
+    assert run.worst_grade(there, there.asked.present, lambda _: {}) == {}

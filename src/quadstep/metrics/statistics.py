@@ -98,6 +98,22 @@ def equally_many(columns: Sequence[NDArray[np.float64]]) -> list[Estimate]:
     return [studentised(*one, wide) for one in zip(values, spreads, apart, spread, strict=True)]
 
 
+def mean_growth(before: NDArray[np.float64], after: NDArray[np.float64]) -> Estimate:
+    """By what share the mean of the second is above that of the first, of the same flights. Its interval is Fieller's (1954):
+    every share g for which `mean` of after - (1 + g) before may be 0. It has none where the first mean may be 0.
+    """
+    base = mean(before)
+    low = high = value = float(after.mean()) / base.value - 1.0
+    if not base.low > 0.0:
+        return Estimate(value, math.nan, math.nan)
+    for _ in range(50):
+        below, above = means([after - (1.0 + end) * before for end in (low, high)])
+        low, high = low + below.low / base.value, high + above.high / base.value
+        if max(abs(below.low), abs(above.high)) <= 1e-6 * base.value:
+            break
+    return Estimate(value, low, high)
+
+
 def studentised(
     value: float, spread: float, apart: NDArray[np.float64], spreads: NDArray[np.float64], wide: float
 ) -> Estimate:
@@ -126,13 +142,13 @@ def quantile(values: NDArray[np.float64], q: float, tail: float = TAIL) -> Estim
     return ordered_quantile(values, q, tail)._replace(value=float(np.quantile(values, q)))
 
 
-def quantile_difference(first: NDArray[np.float64], second: NDArray[np.float64], q: float) -> Estimate:
-    """What a quantile of the second is above that of the first, whether they are paired or not. Its interval is that of both
-    quantiles jointly. Needs finite values.
+def quantile_increase(before: NDArray[np.float64], after: NDArray[np.float64], q: float) -> tuple[Estimate, Estimate]:
+    """What a quantile of the second is above that of the first, whether they are paired or not, and that as a share of the
+    first, which is above 0. Intervals are those of both quantiles jointly.
     """
-    one, other = (ordered_quantile(values, q, 0.25 * (1.0 - LEVEL)) for values in (first, second))
-    value = float(np.quantile(second, q) - np.quantile(first, q))
-    return Estimate(value, other.low - one.high, other.high - one.low)
+    one, other = (quantile(values, q, 0.25 * (1.0 - LEVEL)) for values in (before, after))
+    by = Estimate(other.value - one.value, other.low - one.high, other.high - one.low)
+    return by, Estimate(other.value / one.value - 1.0, other.low / one.high - 1.0, other.high / one.low - 1.0)
 
 
 def ordered_quantile(values: NDArray[np.float64], q: float, tail: float = TAIL) -> Estimate:

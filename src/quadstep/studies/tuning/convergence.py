@@ -45,7 +45,10 @@ def draw_search(path: Path, request: TuningRequest, result: SearchResult, compar
         axes.set_xlabel("flights")
     first, steps = trial_flights(request.seeds), led(result)
     pale = f" Pale: flown on {first} of {units.counted(request.seeds, 'flight')} only." * (first < request.seeds)
-    guessed = " Most margins are estimates." * bool(compared.limits)
+    whole, margins = [one.tried.whole for one in result.history], request.section.margins
+    known = sum(one is not None and all(math.isfinite(one.parts[name]) for name in margins) for one in whole)
+    guessed = f" Margins were computed for {known:,} of {len(whole):,} candidates, and guessed from these for the others."
+    guessed *= bool(compared.limits)
     rises = any(one > before for before, one in pairwise(one.judged.objective for one in steps))
     more = " The line rises, too, as lost flights and missed limits count for more than the objective." * rises
     ring = "The objective of each candidate; the lower, the better. The ring is the tuned gains."
@@ -74,7 +77,7 @@ def draw_objective(axes: Axes, request: TuningRequest, result: SearchResult) -> 
                 tell(axes, ToldPlace(x, x, y, y, said, told))
     if steps := led(result):
         places, values = zip(*((one.flights, one.judged.objective) for one in steps), strict=True)
-        line = {**LINES[0], "marker": "o", "markevery": [-1], "markerfacecolor": "none", "markersize": 7.0}
+        line = {**LINES[0], "marker": "o", "markevery": [len(steps) - 1], "markerfacecolor": "none", "markersize": 7.0}
         axes.step([*places, result.history[-1].flights], [*values, values[-1]], where="post", label="best so far", **line)
     if known and min(one.judged.objective for one in known) > 0.0:
         axes.set_yscale("log")

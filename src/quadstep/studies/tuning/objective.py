@@ -19,7 +19,16 @@ from numpy.typing import NDArray
 
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.metrics.registry import MARGINS
-from quadstep.metrics.statistics import Estimate, mean, means, quantile, quantile_difference, share, share_difference
+from quadstep.metrics.statistics import (
+    Estimate,
+    mean,
+    mean_growth,
+    means,
+    quantile,
+    quantile_increase,
+    share,
+    share_difference,
+)
 from quadstep.mission.tune import Constraint, TuneSection
 from quadstep.report import units
 
@@ -197,7 +206,8 @@ def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, ch
     costs = [judge.costs(flown) for flown in (present, tuned)]
     kind = judge.section.aggregate
     first, second = (aggregated(kind, one[flown.completed]) for one, flown in zip(costs, (present, tuned), strict=True))
-    objective = Row(OBJECTIVE, first, second, increase(kind, costs[0][both], costs[1][both]))
+    difference, change = increase(kind, costs[0][both], costs[1][both])
+    objective = Row(OBJECTIVE, first, second, difference)
     reported = rows(judge.reported, present, tuned)
     where = " on flights they were not tuned on" if count > 1 else " on the one flight that they were tuned on"
     verdict = verdict_of(success, objective, count == 1) if changed else UNCHANGED
@@ -218,12 +228,6 @@ def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, ch
                 f"{what} in {units.percent(*found[1])} of {count} unseen flights, {units.percent(limit.share)} asked"
             )
     said = (FLY_BETTER if better and missed else verdict).format(where=where)
-    base = aggregated(kind, costs[0][both])
-    change = (
-        Estimate(*(part / base.value for part in objective.difference))
-        if base and base.value and objective.difference
-        else None
-    )
     weighed = [present.names[name] for name in judge.section.objective]
     shown = (shares[0], shares[1]), success, objective, reported, said, better, limits, missed, kept, change, weighed
     return Compared(count, *shown)
@@ -282,12 +286,19 @@ def aggregated(kind: str, values: Floats) -> Estimate | None:
     return quantile(values, 0.95) if kind == "p95" else Estimate(float(values.max()), math.nan, math.nan)
 
 
-def increase(kind: str, before: Floats, after: Floats) -> Estimate | None:
-    """What an aggregate of the same flights is above that before. None without flights."""
+def increase(kind: str, before: Floats, after: Floats) -> tuple[Estimate | None, Estimate | None]:
+    """What an aggregate of the same flights is above that before, and by which share of that. None without flights; no share
+    of what may be 0.
+    """
     if len(after) == 0:
-        return None
+        return None, None
+    positive = before.min() > 0.0
     if kind == "mean":
-        return mean(after - before)
+        return mean(after - before), mean_growth(before, after) if positive else None
     if kind == "p95":
-        return quantile_difference(before, after, 0.95)
-    return Estimate(float(after.max() - before.max()), math.nan, math.nan)
+        by, part = quantile_increase(before, after, 0.95)
+    else:
+        by, part = (
+            Estimate(one, math.nan, math.nan) for one in (after.max() - before.max(), after.max() / before.max() - 1.0)
+        )
+    return by, part if positive else None

@@ -37,6 +37,8 @@ def evidence(
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
     both = f"{flights}, the same for both; 95 % intervals. Differences of metrics are over flights completed with both."
     alone = "Nothing is random in this mission, so there is one flight with each set of gains."
+    written = "Margins are those of the mission as written." * bool(compared.limits)
+    notes = both if many else alone, success, objective(request), written, compared.from_the_start
     return Evidence(
         name=request.mission.name,
         kind="Tuning",
@@ -53,7 +55,7 @@ def evidence(
                 "unseen",
                 HEADER,
                 measured,
-                " ".join(filter(None, (both if many else alone, success, objective(request), compared.from_the_start))),
+                " ".join(filter(None, notes)),
             ),
             TableSection("The search", "search", text=searched(request, result, record["budget"])),
         ],
@@ -220,15 +222,15 @@ def with_number(compared: Compared, said: str) -> str:
 
 
 def price(compared: Compared) -> str:
-    """What certainly gets worse beside the errors, in a sentence after a blank: what the objective weighs, and margins of
-    which less than twice the limit is left; those that miss it stand before all this.
+    """What certainly gets worse beside the errors, in a sentence after a blank: what the objective weighs, and margins; those
+    that miss their limits stand before all this.
     """
     worse = []
     for one in compared.rows[2:]:
         limit, said = compared.limits.get(one.name), moved(compared, one)
         if one.name in compared.weighed and " rises " in said:
             worse.append(f"the {said}")
-        if limit and one.tuned and " falls " in said and 0.0 <= limit.slack(one.tuned.value) < 1.0:
+        if limit and one.tuned and " falls " in said and limit.slack(one.tuned.value) >= 0.0:
             (asked,) = units.in_one_unit([(limit.value, math.nan, math.nan)], units.metric(one.name)[1])
             worse.append(f"the {said} (limit {asked})".replace("\N{NO-BREAK SPACE}", " "))
     return f" The price: {units.listed(worse)}." if worse else ""

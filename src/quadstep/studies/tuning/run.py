@@ -18,8 +18,11 @@ from quadstep.io.files import is_file
 from quadstep.io.parameter_files import FORMATS
 from quadstep.io.parts import digest_of
 from quadstep.io.places import place, sources
-from quadstep.mission.read import check_mission
+from quadstep.linear.grade import WORST_FIRST
+from quadstep.metrics.registry import SOUND
+from quadstep.mission.fields import unit, words
 from quadstep.mission.schema import Grading, ungraded
+from quadstep.report import units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure
 from quadstep.report.progress import SILENT, Progress
@@ -69,9 +72,8 @@ def tune(
         compared, both = on_unseen(ground, found, progress)
         ground.flyer.say_slow()
         content = wanted.with_gains(found.best.values)
-        mission = check_mission(content, TUNED, path.parent)
-        grade = grading(mission)
-        careful = caution(grading(wanted.mission), grade)
+        tuned, current = (worst_grade(ground, values, grading) for values in (found.best.values, found.present.values))
+        careful = caution(current, tuned)
         first = " ".join(filter(None, (broken(wanted, found, compared), careful)))
         elsewhere = write_mission(out, wanted, content, first)
         write_parameters(out, wanted, found.best.values)
@@ -82,7 +84,7 @@ def tune(
             both.draw(out, drawn_on)
             figures.insert(0, Figure(both.name, both.caption))
         record = as_json(wanted, found, compared, budget, seed)
-        shown = evidence(wanted, found, compared, figures, record, first)._replace(grade=grade, told=bool(careful))
+        shown = evidence(wanted, found, compared, figures, record, first)._replace(grade=tuned, told=bool(careful))
         shown.write(out)
     return Tuned(wanted, found, compared, elsewhere, shown)
 
@@ -107,6 +109,27 @@ def on_unseen(ground: CandidateFlyer, result: SearchResult, progress: Progress) 
     found = compare(result.judge, present, tuned, changed=both[0] != both[1])
     found = found._replace(from_the_start=f"With the tuned gains: {said[:1].lower()}{said[1:]}" if said else "")
     return found, picture(ground, both, (present, tuned)) if both[0] != both[1] else None
+
+
+def worst_grade(ground: CandidateFlyer, values: Mapping[str, float], grading: Grading) -> Mapping[str, str]:
+    """Of the loop at rest with these gains: as the mission is written, or where a number of its vehicle or controller is the
+    least or largest of the unseen flights, whichever is worst, and where that is.
+    """
+    planner, drawn = ground.flyer.planner, ground.draws(UNSEEN, ground.asked.unseen).drawn
+    mission, graded = planner.mission(values), []
+    keys = [key for key in drawn if key.startswith(("vehicle.", "controller.")) and drawn[key].options is None]
+    for key in keys:
+        for end in (drawn[key].values.min(), drawn[key].values.max()):
+            place = f"with {words(key)} {end:.4g} {unit(mission, key)}".strip()
+            graded.append((place, grading(planner.mission({**values, key: float(end)}))))
+    written = grading(mission)
+    where, worst = min([("", written), *graded], key=lambda one: WORST_FIRST.index(one[1].get("grade", SOUND)))
+    if where and written:
+        return {**worst, "why": f"{where}, {worst['why']}; as the mission is written, it is {written['grade']}"}
+    if not (graded and written):
+        return written
+    ends = f"with the least and the largest {units.listed([words(key) for key in keys])} that fly, too"
+    return {**worst, "why": f"{worst['why']}; {worst['grade']} {ends}"}
 
 
 def named_files(request: TuningRequest) -> tuple[list[str], list[str]]:
