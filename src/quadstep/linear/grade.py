@@ -55,7 +55,7 @@ class Measure(NamedTuple):
 
     def text(self, value: float) -> str:
         """A value in the unit that people read."""
-        return f"{self.scale * value:.1f}{self.unit}" if math.isfinite(value) else "none"
+        return f"{round(self.scale * value, 1) + 0.0:.1f}{self.unit}" if math.isfinite(value) else "none"
 
 
 class Grade(NamedTuple):

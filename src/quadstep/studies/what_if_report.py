@@ -13,7 +13,7 @@ from quadstep.interfaces.controller import Controller
 from quadstep.interfaces.gain import Gain
 from quadstep.interfaces.log import FlightLog
 from quadstep.io import __version__
-from quadstep.linear.grade import UNSTABLE, Grade
+from quadstep.linear.grade import UNSTABLE, Grade, Measure
 from quadstep.metrics.registry import EFFORTS, SOUND
 from quadstep.metrics.statistics import Estimate, finite
 from quadstep.mission.data_files import briefly
@@ -59,20 +59,29 @@ class Side(NamedTuple):
     flown: CandidateFlights
 
 
+SIGNALS = {"m": "xyz", "°": ("roll", "pitch", "yaw"), "°/s": "pqr"}
+"""Columns of a step by the unit in which they are drawn."""
+
+
 def picture(before: FlightLog, after: FlightLog) -> FigureJob:
-    """Both steps: how far of the way, and how it leans on it."""
-    count = min(len(one.column("t")) for one in (before, after))
-    both = tuple(zip(SIDES, (before, after), strict=True))
-    panels = [Panel("x", "m", {name: one.column("x")[:count] for name, one in both})]
-    panels += [Panel("y", "m", {name: one.column("y")[:count] for name, one in both})]
-    panels += [Panel("tilt", "°", {name: tilt(one)[:count] for name, one in both})]
-    return FigureJob(PICTURE, "A step in calm air", before.column("t")[:count], panels)
+    """Both steps, while they differ by a fiftieth of the most: position, attitude and rate, each along the axis that changes
+    most.
+    """
+    count, panels = min(len(one.column("t")) for one in (before, after)), []
+    for unit, names in SIGNALS.items():
+        turn = 1.0 if unit == "m" else math.degrees(1.0)
+        along = [[turn * one.column(name)[:count] for one in (before, after)] for name in names]
+        drawn = [Panel(name, unit, dict(zip(SIDES, pair, strict=True))) for name, pair in zip(names, along, strict=True)]
+        panels.append(max(drawn, key=lambda one: float(apart(one).max())))
+    seen = np.flatnonzero(np.any([apart(one) > 0.02 * apart(one).max() for one in panels], axis=0))
+    shown = slice(max(0, seen[0] - 20), seen[-1] + 20) if len(seen) else slice(None)
+    kept = [one._replace(lines={side: line[shown] for side, line in one.lines.items()}) for one in panels]
+    return FigureJob(PICTURE, "A step in calm air", before.column("t")[:count][shown], kept)
 
 
-def tilt(log: FlightLog) -> Floats:
-    """From the vertical [deg]."""
-    level = np.cos(log.column("pitch")) * np.cos(log.column("roll"))
-    return np.degrees(np.arccos(np.clip(level, -1.0, 1.0)))
+def apart(panel: Panel) -> Floats:
+    """How far before and after are from each other."""
+    return np.asarray(np.abs(np.subtract(*panel.lines.values())))
 
 
 def response(side: Side) -> dict[str, float]:
@@ -104,11 +113,18 @@ def evidence(
     air = f"in wind of up to {question.wind:g} m/s from every side, with turbulence" if question.wind else "in still air"
     gusts = f"{units.counted(question.flights, 'flight')} {air}"
     lost = f"{units.percent(*failed[1])} are lost or drift by more than {question.within:g} m"
-    answer = (
-        f"{units.percent(*failed[1])} of {units.counted(question.flights, 'flight')} fail with the change, "
-        f"{units.percent(*failed[0])} before{compared(failed[2])}. Flown {air}; a flight fails if it is lost or drifts by "
-        f"more than {question.within:g} m. With {changed_words(changed)} {grade_words(sides)}{better_or_worse(seen)}."
+    count = f"of {units.counted(question.flights, 'flight')}"
+    fail = (
+        f"{units.percent(*failed[1])} {count} fail with the change, {units.percent(*failed[0])} before{compared(failed[2])}."
     )
+    fail = (
+        fail if failed[0].value or failed[1].value else f"None {count} fails, before or after ({units.percent(*failed[1])})."
+    )
+    news = (
+        f"With {changed_words(changed)} {grade_words(sides)}{better_or_worse(seen, [one.what for _, one in missed(sides)])}."
+    )
+    fails = f"Flown {air}; a flight fails if it is lost or drifts by more than {question.within:g} m."
+    answer = " ".join([fail, fails, news] if certain(failed[2]) else [news, fail, fails])
     if idle(sides):
         answer = (
             f"With {changed_words(changed)} no flight differs from before by a single bit, neither {gusts} nor a step "
@@ -142,16 +158,34 @@ def evidence(
         sentences=[],
         opening=answer,
         record=record,
-        facts=[
-            markup.Fact(f"fail in gusts, {name}", units.percent(one.value), f"95 % interval: {units.percent(*one)}")
-            for name, one in zip(SIDES, failed, strict=False)
-        ],
+        facts=facts(failed, sides),
         figures=[Figure(PICTURE, caption(picture(*(one.step for one in sides))), label="Step")],
         sections=tables,
         warnings=[*hidden_effects(question), *mission.controller.warnings(mission.modelled)],
         grade={"grade": sides[1].grade.word, "why": sides[1].grade.why},
-        whose="the hovering loop with the change",
+        told=True,
     )
+
+
+def facts(failed: Sequence[Estimate], sides: tuple[Side, Side]) -> list[markup.Fact]:
+    """What share fails, and the margins that change."""
+    shares = {"before and after": failed[0]} if failed[0] == failed[1] else dict(zip(SIDES, failed, strict=False))
+    found = [
+        markup.Fact(
+            f"fail in gusts, {name}", units.percent(one.value), f"95 % interval: {units.percent(*one).partition(' ')[2]}"
+        )
+        for name, one in shares.items()
+    ]
+    for old, new in zip(*(side.grade.measures for side in sides), strict=False):
+        if (was := old.text(old.value)) != (now := new.text(new.value)):
+            found.append(markup.Fact(f"{new.what} margin, before and after", f"{was} → {now}", new.channel))
+    return found
+
+
+def missed(sides: tuple[Side, Side]) -> list[tuple[str, Measure]]:
+    """The margins that are too small with the change, each with what it was."""
+    before = {one.what: f", {one.text(one.value)} before" for one in sides[0].grade.measures}
+    return [(before.get(one.what, ""), one) for one in sides[1].grade.measures if not one.met]
 
 
 def idle(sides: tuple[Side, Side]) -> bool:
@@ -164,11 +198,10 @@ def caption(steps: FigureJob) -> str:
     """What to see of the step: where the change shows most."""
     said = []
     for panel in steps.panels:
-        apart = np.abs(np.subtract(*panel.lines.values()))
-        if (most := float(apart.max())) > 0.0:
-            said.append(f"{units.quantity(most, panel.unit)} in {panel.label} (at {steps.t[apart.argmax()]:.3g} s)")
+        if (most := float((gap := apart(panel)).max())) > 0.0:
+            said.append(f"{units.quantity(most, panel.unit)} in {panel.label} (at {steps.t[gap.argmax()]:.3g} s)")
     differ = f"Before and after differ by at most {units.listed(said)}." if said else "Before and after are the same."
-    return f"A step of {STEP:g} m along x and y in calm air. {differ}"
+    return f"A step of {STEP:g} m along x and y in calm air, on the axes that change most. {differ}"
 
 
 def hidden_effects(question: Question) -> list[str]:
@@ -225,7 +258,9 @@ def contrasts(
     settles = not any(map(unsettled, sides))  # else how it rises is where the flight was cut
     for (name, value), later in zip(steps[0].items(), steps[1].values(), strict=True) if settles else ():
         words, unit = units.metric(name)
-        found.append(at_once(words.strip(), value, later, partial(in_unit, unit), False))
+        one = at_once(words.strip(), value, later, partial(in_unit, unit), False)
+        by = f"{later - value:+.2g} points".replace("-", "−")
+        found.append(one._replace(difference=by) if unit == "%" and math.isfinite(later - value) else one)
     return [one for one in found if (one.before, one.after, one.share) != ("0", "0", 0.0)]
 
 
@@ -263,21 +298,22 @@ def certain(difference: Estimate) -> bool:
     return difference.low > 0.0 or difference.high < 0.0
 
 
-def better_or_worse(contrasts: Sequence[Contrast]) -> str:
-    """What is better and what is worse, the largest changes first, in clauses."""
+def better_or_worse(contrasts: Sequence[Contrast], told: Sequence[str] = ()) -> str:
+    """What is better and what is worse, the largest changes first, in clauses. told: margins that have been named already."""
     ordered = sorted(contrasts, key=lambda one: -abs(one.gain))
+    ordered = [one for one in ordered if one.name.removesuffix(" margin") not in told]
     clauses = []
     for word, sign in (("better", 1.0), ("worse", -1.0)):
         names = [f"{one.name} {one.brief}" for one in ordered if sign * one.gain >= NOTED]
         if names:
             clauses.append(f"; {word}: {units.listed(shortened(names))}")
-    return "".join(clauses) or "; nothing that is shown is better or worse by 1 %"
+    return "".join(clauses) or f"; nothing {'else ' * bool(told)}that is shown is better or worse by 1 %"
 
 
 def shortened(names: Sequence[str]) -> list[str]:
     """The first of these, and how many others there are."""
     rest = len(names) - MOST_NAMED
-    return [*names] if rest < 1 else [*names[:MOST_NAMED], f"{rest} more"]
+    return [*names] if rest < 2 else [*names[:MOST_NAMED], f"{rest} more"]
 
 
 def changed_words(changed: Sequence[tuple[str, Gain, float, float]]) -> str:
@@ -288,7 +324,11 @@ def changed_words(changed: Sequence[tuple[str, Gain, float, float]]) -> str:
 def grade_words(sides: tuple[Side, Side]) -> str:
     """The grade of the loop with the change, with what it lacks, and that before."""
     old, new = (one.grade for one in sides)
-    why = "" if new.word == SOUND else f" ({new.why.partition('; least ')[0]})"
+    small = [
+        f"{one.what} margin in {one.channel} {one.text(one.value)}{was}, sound from {one.text(one.limit)}"
+        for was, one in missed(sides)
+    ]
+    why = "" if new.word == SOUND else f" ({'; '.join(small) or new.why})"
     way = f"stays {new.word}" if new.word == old.word else f"goes from {old.word} to {new.word}"
     return f"the loop at rest {way}{why}"
 
