@@ -10,6 +10,8 @@ from quadstep.report.units import rounded_up
 from quadstep.studies.paper.cases import NETS_OFF
 from quadstep.studies.paper.claims import ClaimVerdict, check_claims
 from quadstep.studies.paper.claims_comparison import losses
+from quadstep.studies.paper.paper_figures import to_see
+from quadstep.studies.paper.reproduce import facts
 from tests import golden
 
 
@@ -264,6 +266,14 @@ def test_a_wide_range_holds_if_no_flight_with_nets_diverges(doctored):
     claim = doctored.claim(name)
     assert claim.verdict is ClaimVerdict.FAILS
     assert "1 of 6 at scale 1" in claim.measured
+    (card,) = (one for one in facts(doctored.study, []) if one.what == "stress flights that complete")
+    assert (card.value, card.more[-40:]) == (
+        "17 of 18 with nets, 17 without",
+        "; lost only with nets: 0, only without: 0"[-40:],
+    )
+    doctored.study.stress[10.0, 1.0, False]["outcome"] = "completed"
+    (card,) = (one for one in facts(doctored.study, []) if one.what == "stress flights that complete")
+    assert card.value == "17 of 18 with nets, 18 without" and card.more.endswith("lost only with nets: 1, only without: 0")
 
 
 def by_neurons(study, errors):
@@ -290,4 +300,6 @@ def test_the_nets_cannot_be_judged_by_a_case_that_hardly_disturbs(doctored):
 def test_the_reference_rests_at_the_end_point(doctored):
     claim = doctored.claim("rest at the end point")
     assert claim.verdict is ClaimVerdict.HOLDS
+    assert claim.measured.startswith("The desired trajectory ends 0 m from the target")  # the vehicle does not end there
+    assert "ends 0 m" not in to_see(4, [claim], doctored.study.logs["case2"])
     assert max(claim.values.values()) < 1e-12

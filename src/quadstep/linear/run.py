@@ -168,8 +168,9 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
         (out / FIGURES).mkdir()
         draw_steps(out / FIGURES / "step", steps(found.loop, found.poles), sheet.with_svg())
         pace = quantity(-math.log(2.0) * found.poles[0].time_constant, "s")
-        doubles = markup.Fact("a deviation doubles every", pace, found.in_words(found.poles[0].states))
-        return done._replace(facts=[doubles], figures=[Figure(f"{FIGURES}/step", GROWING)])
+        return done._replace(
+            facts=[markup.Fact("a deviation doubles every", pace)], figures=[Figure(f"{FIGURES}/step", GROWING)]
+        )
     draw(out / FIGURES, found, moves, sheet.with_svg())
     margins = f"{mission.name}: margins, one loop opened at a time"
     return done._replace(

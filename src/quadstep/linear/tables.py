@@ -284,7 +284,7 @@ def draw_steps(path: Path, steps: Sequence[StepResponse], sheet: Sheet) -> None:
         axes.set(xlabel="time [s]", ylabel="response to a step of 1")
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(plain())
-        axes.legend(loc="lower right")
+        axes.legend(loc="best")
 
 
 def draw_over(path: Path, label: str, at: Array, loops: Sequence[Analysis], sheet: Sheet) -> None:

@@ -34,18 +34,17 @@ def rest_at_the_end() -> Claim:
         "rest at the end point",
         "Case 1",
         "This trajectory ensures that the velocities and accelerations at the end point are zero.",
-        f"At t_f the distance to the target is {miss:g} m, the speed {speed:g} m/s and the acceleration {rate:g} m/s^2.",
+        f"The desired trajectory ends {miss:g} m from the target, with a speed of {speed:g} m/s and an acceleration of "
+        f"{rate:g} m/s^2.",
         judge(max(miss, speed, rate) < 1e-12),
         {"distance[m]": miss, "speed[m/s]": speed, "acceleration[m/s^2]": rate},
     )
 
 
-def stays_small(
-    study: PaperStudy, kind: str, unit: str, name: str, sentence: str, shown: tuple[float, str], most: int
-) -> Claim:
-    """That no largest error of Case 1 is above `most` thousandths of the unit. shown: in what errors are written."""
+def stays_small(study: PaperStudy, kind: str, unit: str, name: str, sentence: str, most: int) -> Claim:
+    """That no largest error of Case 1 is above `most` thousandths of the unit."""
     errors = {axis: values[f"largest[{unit}]"] for axis, values in group(study.cases["case1"], kind).items()}
-    said = units.listed([f"{shown[0] * e:.2g} {shown[1]} in {a}" for a, e in errors.items()])
+    said = units.listed([f"{units.quantity(e, unit, 2)} in {a}" for a, e in errors.items()])
     measured = f"The largest error is {said}; the bound, {most} m{unit}, is our choice."
     verdict = judge(max(errors.values()) < 1e-3 * most)
     return Claim(name, "Case 1", sentence, measured, verdict, {f"largest_error[{unit}]": errors})
@@ -54,7 +53,7 @@ def stays_small(
 def tracking(study: PaperStudy) -> Claim:
     """Case 1, Fig. 4."""
     sentence = "The tracking is almost perfect as well as the tracking errors are significantly small."
-    return stays_small(study, "position", "m", "near-perfect tracking", sentence, (1e6, "µm"), 1)
+    return stays_small(study, "position", "m", "near-perfect tracking", sentence, 1)
 
 
 def compensation(study: PaperStudy) -> Claim:
@@ -82,7 +81,7 @@ def compensation(study: PaperStudy) -> Claim:
         "nonlinearities compensated by the nets",
         "Case 1, and in 3 to 20 s",
         "This is in spite of the unknown nonlinearities, which are effectively compensated by the neural networks.",
-        f"Case 1 is no test of the nets: its disturbance is at most {rounded_up(disturbance, 2):g} N, and the RMSE is "
+        f"Case 1 is no test of the nets: its disturbance is at most {1e3 * rounded_up(disturbance, 2):g} mN, and the RMSE is "
         f"{1e6 * without:.0f} µm with nets off and {1e6 * with_nets:.1f} µm with nets on. In faster flights at scale 1 that "
         f"complete either way, nets cut the RMSE by a factor of {min(ratios.values()):.0f} to "
         f"{max(ratios.values()):.0f}{''.join(hurt)}.",
@@ -95,7 +94,7 @@ def compensation(study: PaperStudy) -> Claim:
 def angles(study: PaperStudy) -> Claim:
     """Case 1, Fig. 5."""
     sentence = "Again the angles match their command values nearly perfectly."
-    return stays_small(study, "attitude", "rad", "angles match their commands", sentence, (1e3, "mrad"), 5)
+    return stays_small(study, "attitude", "rad", "angles match their commands", sentence, 5)
 
 
 def realisable(study: PaperStudy) -> Claim:
@@ -110,7 +109,7 @@ def realisable(study: PaperStudy) -> Claim:
         "Case 1",
         "Figure 6 describes the control input requirement which is very much realizable.",
         f"The thrust is at most {rounded_up(thrust, 3):g} N (weight 9.81 N), torques {rounded_up(torque, 3):g} N m; rotors "
-        f"give {least:.2f} to {metric(m, 'rotors', 'largest[N]'):.2f} N: {sign} (in Case 3: {low:.0f} to {high:.0f} N). "
+        f"give {least:.2f} to {metric(m, 'rotors', 'largest[N]'):.2f} N: {sign} (in Case 3: {low:,.0f} to {high:,.0f} N). "
         "The bound on the thrust, twice the weight, and the rotors' l = 0.25 m and c = 0.05 m are our choice.",
         judge(least >= 0.0 and thrust < 2.0 * 9.81),
         {"largest_thrust[N]": thrust, "largest_torque[N m]": torque, "rotors[N]": m["rotors"]},

@@ -141,7 +141,7 @@ def transients(study: PaperStudy) -> Claim:
         "larger early transients",
         VARIED,
         "Initial variations in attitude and torque are higher for our controller than that in [11]; they vanish quickly.",
-        f"The tilt reaches {degrees(tilt):.0f}° and the torque {torque:.0f} N m with {OURS}, {degrees(tilt_old):.0f}° and "
+        f"The tilt reaches {degrees(tilt):.0f}° and the torque {torque:,.0f} N m with {OURS}, {degrees(tilt_old):.0f}° and "
         f"{torque_old:.1f} N m with [11]{dependence(table)} Roll and pitch are level after "
         f"{settled(study.cases['case3_adaptive']):.1f} s; the bound, {QUICKLY:g} s, is our choice.",
         judge_all(answer for answer, _ in table.values()),
@@ -163,7 +163,7 @@ def transient_cause(study: PaperStudy) -> Claim:
         "This is because of the transient phase of NN weights from their initial assigned values of zero.",
         f"Of {len(moving)} starts that disturb the attitude, switching the nets off lowers the peak of the tilt by more than "
         f"a fifth (our bound) in {counts[0]}, and that of the torque in {counts[1]}; the claim needs both. In Case 3 they "
-        f"reach {degrees(tilt_off):.0f}° and {torque_off:.0f} N m with nets off, {degrees(tilt):.0f}° and {torque:.0f} N m "
+        f"reach {degrees(tilt_off):.0f}° and {torque_off:,.0f} N m with nets off, {degrees(tilt):.0f}° and {torque:,.0f} N m "
         f"with nets on.{f' Lost with nets, and completed without: {listed(lost)}.' if lost else ''}",
         judge_all(all(answers) for answers in moving.values()),
         {"nets_on": [tilt, torque], "nets_off": [tilt_off, torque_off], "gone_without_nets": gone},

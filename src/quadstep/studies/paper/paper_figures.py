@@ -32,7 +32,7 @@ CAPTIONS = {
 
 TO_SEE: dict[int, str | tuple[str, ...]] = {
     3: "Velocity and acceleration are zero at both ends, and in proportion to the distance.",
-    4: ("rest at the end point", "near-perfect tracking"),
+    4: ("near-perfect tracking",),
     5: ("angles match their commands",),
     6: ("inputs realisable",),
     7: ("decoupling in x",),
