@@ -227,6 +227,10 @@ def test_a_flight_that_a_point_opens_succeeds_there_if_the_campaign_says_so(flow
         flight: good[flight] for flight in grades
     }
     assert {"above the limit", "lost"} <= {*grades.values()}
+    drawn = rows(flown[0]).sort_by("flight")
+    for one in page["flights"]:  # with the values of its draw in words
+        mass = drawn["vehicle.mass"][int(one["id"].removeprefix("flight-"))].as_py()
+        assert f"vehicle mass {mass:.3g}\N{NO-BREAK SPACE}kg" in one["note"]
 
 
 def test_a_limit_that_a_page_does_not_measure_is_named_and_no_flight_there_is_as_asked():

@@ -307,5 +307,7 @@ def moving(of: ReportSubject, flown: pa.Table, lost: NDArray[np.bool_], links: M
         whose = f"The first {MOST_POINTS} flights, and those with a ring," if len(lost) > MOST_POINTS else "All flights"
         caption = f"{whose} by their distance from the path until they end. Click a ring to see that flight move."
         body.append(figure("points", caption))
+    some = ", and completed flights spread evenly from the smallest position RMSE to the largest"
+    which = f"the worst{some if len(links) > len(of.summary.worst) else ''}."
     places = [(link, f"flight {flight}") for flight, link in links.items()]
-    return [*body, markup.links(places, "See them move, as `quadstep fly` flies them:")]
+    return [*body, markup.links(places, f"See them move, as `quadstep fly` flies them: {which}")]

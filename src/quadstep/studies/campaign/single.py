@@ -22,6 +22,7 @@ from quadstep.io.run_record import REPORT
 from quadstep.linear.analysis import Analysis, analyse_rest
 from quadstep.linear.several import Several, collected
 from quadstep.linear.several import write as write_loops
+from quadstep.mission.fields import unit, words
 from quadstep.page.build import build_page, flown_mission
 from quadstep.page.flights import ShownFlight
 from quadstep.page.model import Cell, Link
@@ -36,7 +37,7 @@ from quadstep.studies.campaign.page import judged
 from quadstep.studies.campaign.pictures import LIMIT, LINE, NEAR, PlottedMetric, logarithmic
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.single_flight import Replay, replay
-from quadstep.studies.campaign.varied import spans_decades
+from quadstep.studies.campaign.varied import spans_decades, text_of
 
 USUAL = 100
 """Default number of draws."""
@@ -130,7 +131,11 @@ def write_flights(
         if found is not None and log is not None and again[flight].drawable:
             one = judged(flown_mission(found.mission, found.plan, log, campaign.folder), campaign)
             name = one.name.removeprefix(f"{campaign.defaults['name']}, ")  # which all have in common
-            shown[flight] = one._replace(name=name, id=f"flight-{flight}", group=campaign.file.name, cell=cells.get(flight))
+            drawn = [f"{words(key)} {text_of(value, 3)}{units.unit_suffix(unit(campaign.mission, key) or '-')}"
+                     for key, value in found.values.items() if flight not in cells]  # fmt: skip
+            note = f"Drawn: {', '.join(drawn)}." if drawn else ""
+            group, cell = campaign.file.name, cells.get(flight)
+            shown[flight] = one._replace(name=name, id=f"flight-{flight}", group=group, cell=cell, note=note)
     try:
         text = build_page(campaign.file.name, (), list(shown.values()), links=(Link("Report", REPORT),)) if shown else ""
     except UserError:
@@ -159,7 +164,17 @@ def draw_points(
                 axes.plot(*at, marker=marker, markersize=DOT, color=colour, linewidth=0.0, label=name)
         axes.autoscale_view()
         marks = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))  # one for the limits of both axes
-        axes.legend(marks.values(), marks.keys(), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, columnspacing=1.0)
+        axes.legend(
+            marks.values(),
+            marks.keys(),
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            ncols=3,
+            columnspacing=0.8,
+            handlelength=1.2,
+            handletextpad=0.4,
+            borderpad=0.0,
+        )
         dots = axes.transData.transform(np.column_stack((x, y))) * 72.0 / figure.dpi
         rings = {flight: dots[flight] for flight in links if known[flight]}
         left, bottom, right, top = (np.array(axes.bbox.extents) * 72.0 / figure.dpi).tolist()
@@ -174,7 +189,8 @@ def draw_points(
                 box = Bbox([middle - half, middle + half])
                 inside = box.x0 >= left and box.x1 <= right and box.y0 >= bottom and box.y1 <= top
                 hides = (abs(dots[seen] - middle) < half + 0.5 * DOT).all(axis=1).any()
-                if inside and not hides and not any(box.overlaps(other) for other in taken):
+                crosses = any(one.contains(*at) for one in taken[len(rings) :] for at in np.linspace(ring, middle, 20))
+                if inside and not hides and not crosses and not any(box.overlaps(other) for other in taken):
                     taken.append(box)
                     looks: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": size, "bbox": CLEAR}
                     if far > AWAY[0]:
@@ -186,11 +202,11 @@ def draw_points(
 
 def scaled(axes: Axes, which: str, metric: PlottedMetric, seen: NDArray[np.bool_]) -> NDArray[np.float64]:
     """The numbers of a metric in a unit that suits them, for one axis of the figure, with the limit where it is near."""
-    words, unit = units.metric(metric.name)
-    unit, factor = units.handy(unit, float(metric.values[seen].max()))
+    name, unit_of = units.metric(metric.name)
+    unit_of, factor = units.handy(unit_of, float(metric.values[seen].max()))
     values: NDArray[np.float64] = factor * metric.values
     label, line = (axes.set_xlabel, axes.axvline) if which == "x" else (axes.set_ylabel, axes.axhline)
-    label(f"{words} [{unit}]")
+    label(f"{name} [{unit_of}]")
     if metric.limit is not None and factor * metric.limit <= NEAR * values[seen].max():
         line(factor * metric.limit, color=LIMIT, linestyle="--", linewidth=1.2, label="limit")
     low, high = float(values[seen].min()), float(values[seen].max())
