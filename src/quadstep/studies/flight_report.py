@@ -24,6 +24,7 @@ from quadstep.studies.tuning.gains import filled_in
 if TYPE_CHECKING:
     from quadstep.mission.schema import Mission
 
+BAD_LOOPS = "fragile", "unstable"
 IN_SUMMARY, PEAKS = 2, 4
 """Figures; peaks of the error that are named."""
 
@@ -72,9 +73,9 @@ def write_report(
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(markup.verbatim("\n".join(left), whose))
     when = worst(log, mission.scored_from, mission.moments) if "position" in metrics else ""
-    if off_at := lost_at(metrics, ending or {}):
-        when += f"; {off_at} when it was lost"
+    off_at = lost_at(metrics, ending or {})
     measured = [
+        *([markup.Fact("distance from the path when lost", off_at, "just after the last row of the log")] if off_at else []),
         *facts(metrics, counted, when),
         *own_facts(mission, metrics),
     ]
@@ -103,15 +104,16 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", s
     """How it went. counted: from when errors are, see `errors_since`; and how much is flown, see `cut`. size: of its path, if
     it has one. moved: see `parts`.
     """
+    loop = f"; its loop is {grade} at rest" if (grade := rest_of(metrics).get("grade")) in BAD_LOOPS else ""
     if log.outcome is not Outcome.COMPLETED:
-        return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
+        return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}{loop}."
     off, found = metrics.get("position_rmse[m]"), graded(metrics)
     part = cast(float, metrics.get("relative_error") or 0.0)
     of_it = units.percent(part) if part >= LEAST else f"less than {100.0 * LEAST:g} %"
-    share = f", {of_it} of its path's size" if size and not found.reasons else ""
+    share = f", {of_it} of what standing still would give" if size and not found.reasons else ""
     with_error = "; its position RMSE is" if moved else " with a position RMSE of"
     error = f"{with_error} {units.quantity(cast(float, off), 'm')}{share}{counted}" if off is not None else ""
-    return f"The flight completed {log.ended:g} s{moved}{error}. {found.sentence}".strip()
+    return f"The flight completed {log.ended:g} s{moved}{error}{loop}. {found.sentence}".strip()
 
 
 def parts(log: FlightLog, mission: "Mission") -> str:
