@@ -8,7 +8,7 @@ import numpy as np
 from quadstep.metrics.reductions import rmse
 from quadstep.metrics.statistics import finite
 from quadstep.proofs.certify.certificate import FlightCertificate
-from quadstep.proofs.certify.standing import TERMS, answer, kind, standing, work
+from quadstep.proofs.certify.standing import TERMS, answer, ball, kind, standing, work
 from quadstep.proofs.plain import Mask, lengths
 from quadstep.report import markup, units
 
@@ -185,12 +185,13 @@ def tables(c: FlightCertificate) -> Tables:
             ["samples outside the ball b_r" + until, f"{rate['samples_outside_b_r']:,} of {len(c.r):,}", "", ""],
             ["share of these with L_dot < 0", "–" if fell is None else f"{100.0 * fell:.4g} %", "100 %",
              mark(1.0 if fell == 1.0 else -1.0) if promised else NOT_JUDGED],
-            [f"largest error |r|{until} [m/s, rad/s]", brief(flight["largest_r"]), f"b_r = {brief(c.b_r)}", ""],
+            [f"largest error |r|{until} [m/s, rad/s]", brief(flight["largest_r"]), ball(c), ""],
             *later,
             ["end of the transient, the first |r| <= b_r", ends, "", ""],
             *([["largest error |r| after the transient [m/s, rad/s]", brief(flight["largest_r_after_transient"]),
-               f"b_r = {brief(c.b_r)}", ""]] if c.entered else []),
-            ["largest error of the weights |W_tilde| [N, N m]", brief(flight["largest_W_tilde"]), f"b_w = {brief(c.b_w)}", ""],
+               ball(c), ""]] if c.entered else []),
+            ["largest error of the weights |W_tilde| [N, N m]", brief(flight["largest_W_tilde"]),
+             f"b_w = {c.b_w:.4g}" if c.b_w else "", ""],
             ["largest error that ideal weights leave, eps_N [N, N m]", brief(c.residual_bound), "", ""],
             ["size of the ideal weights, W_B [N, N m]", brief(c.weight_bound), "", ""],
             ["smallest margin of the gains, K_min", brief(k.k_min, "N s/m" if k.k_1 < k.k_2 else "N m s"), "", ""],

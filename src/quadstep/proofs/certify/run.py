@@ -84,7 +84,8 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
         name=name,
         kind="Certificate",
         answer=answer(c),
-        sentences=[answer(c)],
+        sentences=[],
+        opening=answer(c),
         record={"name": name, "version": __version__, "kind": kind(c), "verdict": verdict, "mission": mission},
         facts=facts(c),
         figures=[Figure(NAME, f"{seen(c)}{'' if lost else ' Time is logarithmic.'}")],
@@ -118,7 +119,7 @@ CHECKED = (
 )
 """What the rows of the tables are about."""
 
-WAYS = "L_dot, computed in three ways"
+WAYS = "L_dot by its formula, beside two other ways to compute it"
 OTHERS = "With the printed formulas, and with ideal weights by least squares"
 COUPLING = "Coupling beside damping, |r1| |delta| / K_min |r|^2"
 

@@ -86,25 +86,33 @@ def answer(c: FlightCertificate) -> str:
         "conditions broken": f"a condition that it needs{unprinted} is violated"
         if len(broken) == 1
         else f"conditions that it needs{unprinted} are violated",
-        "untested": f". {TESTS_IT}" * (not lost),
         "sign consistent": f" of the {c.outside.sum():,} of {len(c.outside):,} samples that lie outside the ball b_r",
         "rising between samples": f": {rises(c)}",
         "contradicted": f". At {contradicting(c).sum():,} of the {c.outside.sum():,} samples outside the ball b_r, L_dot was "
         f"not negative, mostly because of {TERMS[culprit(c)][1]}",
     }
     began = f"The flight was lost at {c.ended:.4g} s; up to {c.until:.3g} s it" if lost else "This flight"
-    said = [f"{began} {ANSWERS[what]}{more[what]}."]
+    said = [f"{began} {ANSWERS[what]}{more.get(what, '')}."]
     if broken:
         said.append(f"What fails: {'; '.join(broken)}. What would repair it, at this thrust and these attitudes: ")
         said[-1] += f"{units.listed(c.conditions.repairs())}."
     if what == "conditions broken" and c.b_r and not c.outside.any():
         said.append(f"The flight would not test the theorem either: {INSIDE}.")
-    said.append(raised_by(c))
+    said += [*(untested(c) if what == "sign consistent" else ()), raised_by(c)]
     if c.undefined:
         beyond = f", beyond b_r = {c.b_r:.4g}" if c.b_r and c.later.max() > c.b_r else ""
         said.append(f"The judgement stops at {c.until:.3g} s: the law then commands {c.undefined}{NO_RATES}.")
         said.append(f"In the rest of the flight, faint in the figure, |r| reached {c.later.max():.4g}{beyond}.")
+    said += [f"{TESTS_IT}."] * (what == "untested" and not lost)
     return " ".join(said)
+
+
+def untested(c: FlightCertificate) -> list[str]:
+    """That some errors stay zero all the flight, of which it says nothing."""
+    moves = np.hstack([c.history.r1, c.history.r2]).any(axis=0)
+    moved, still = ([name for name, one in zip(ERRORS, moves, strict=True) if one == which] for which in (True, False))
+    said = f"Only the error in {units.listed(moved)} is tested: {units.listed(still)} stay{'s' * (len(still) == 1)} at zero"
+    return [f"{said}{'' if c.lyapunov.coupling.any() else ', and so does the coupling'}."] * bool(still)
 
 
 def facts(c: FlightCertificate) -> list[Fact]:
@@ -142,6 +150,9 @@ def rises(c: FlightCertificate) -> str:
     between = periods_outside(c)
     return f"L rose in {(~(between < 0.0)).sum()} of the {len(between)} periods that begin and end outside it"
 
+
+ERRORS = ("x", "y", "z", "yaw", "pitch", "roll")
+"""The components of r."""
 
 TERMS = {
     "dissipation": ("damping K_v", "the damping K_v"),
@@ -185,11 +196,9 @@ def raised_by(c: FlightCertificate) -> str:
     meant, found = dict(TERMS.values()), raised(c)
     whole = sum(one for one, _ in found)
     said = [f"{about(one / whole)}{' comes' * (not at)} from {meant[term]}" for at, (one, term) in enumerate(found)]
-    return (
-        f"Of the {units.quantity(whole, 'J')} added to L, {units.listed(said)}."
-        if said
-        else "No term raised L over the flight."
-    )
+    over = "over the flight" if c.outcome is Outcome.COMPLETED else f"up to {c.until:.3g} s"
+    some = f"Of the {units.quantity(whole, 'J')} that terms added to L on balance {over}, {units.listed(said)}."
+    return some if said else f"On balance {over}, no term added to L."
 
 
 def seen(c: FlightCertificate) -> str:
@@ -198,12 +207,14 @@ def seen(c: FlightCertificate) -> str:
     left, rest = ("", "") if not len(c.later) else (f"up to {c.until:.3g} s, ", " What follows, not judged, is faint.")
     begins = c.history.t[seen_from([*shown.values()])]
     late = "" if c.outcome is Outcome.COMPLETED or not begins else f" begins at {begins:.2g} s, where areas can first be seen"
-    faint = [name for name in every if name not in shown]
+    none = [name for name, values in every.items() if not values.any()]
+    faint = [name for name in every if name not in (*shown, *none)]
     return (
         f"Left: {left}{of_ball(c)}.{rest} Theorem 5.1 promises only that L falls outside the ball b_r. Right{late}: "
         "what each term of L_dot has added to L up to each time, or taken from it, as areas; sampling is the remainder, since "
         "commands are held between samples. The line is their sum, the change of L since the start."
         f"{f' Too small to be drawn: {units.listed(faint)}.' if faint else ''}"
+        f"{f' Zero throughout: {units.listed(none)}.' if none else ''}"
     )
 
 
