@@ -71,7 +71,7 @@ def proved(tmp_path_factory):
 def test_hover_with_lagging_rotors_is_proved_to_hold_for_ever(proved):
     out, file = proved
     assert "proved: every flight whose start is within" in out
-    assert "s to 1e+06 s (11.6 days), the longest time that this proof covers" in out
+    assert "s to 1,000,000 s (11.6 days), the longest time that this proof covers" in out
     for needed in ("attitude", "°", "rates", "°/s", "speeds", "rad/s", "m/s", "mm"):
         assert needed in out
     assert read_set(file).start > 8e-4

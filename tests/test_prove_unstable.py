@@ -1,5 +1,6 @@
 """`quadstep prove`: hover that is unstable, on vehicles whose rest is no exact equilibrium and under laws with limits."""
 
+import html
 import inspect
 import warnings
 from pathlib import Path
@@ -205,9 +206,14 @@ def test_a_law_with_a_limit_is_disproved_on_the_papers_plant(tmp_path):
     (tmp_path / "limited.py").write_text(LIMITED)
     place = "start = [0.0, 0.0, 5.0]\nend = [0.0, 0.0, 5.0]\n"
     text = f'[path]\ntype = "step"\n{place}duration = 4.0\n[controller]\ntype = "limited.py:Limited"\nk_w = 0.01\n'
-    run = quadstep("prove", write(tmp_path, text))
+    run = quadstep("prove", write(tmp_path, text), "--out", tmp_path / "out" / "mission-proof.json")
     assert (run.code, run.err) == (errors.DIVERGED, "")
-    assert "6 of the 12 eigenvalues" in " ".join(run.out.split())
+    said, page = " ".join(run.out.split()), (tmp_path / "out" / "mission-proof.html").read_text(encoding="utf-8")
+    assert said.startswith(
+        "disproved: the claim that flights which begin near hover at the path's end, (0, 0, 5) m, stay near"
+    )
+    assert "6 of the 12 eigenvalues" in said
+    assert "The proof is about hover at the path's end, not this flight." in html.unescape(page)
 
 
 EDGES = (

@@ -35,7 +35,7 @@ def hover_for_ever(
         write_set(out, SetCertificate(*content, kept.own, start, position, folder_from(out, path)))
     enough = start >= unknown.start
     rows = rows_of(axes, start, position)
-    rows += [[part, "-", reach] for part, reach in described(loop, kept.reach)]
+    rows += [[part, "–", reach] for part, reach in described(loop, kept.reach)]
     begun = loop.at_rest(loop.like) if kept.own else at.state.tolist()
     says = [
         "proved: " + sentence(unknown, start, begun[: len(axes)], kept.own, loop.period, within(axes, position.tolist())),
@@ -92,8 +92,8 @@ def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, 
     near = f"within {' and '.join(also)} of " if also else "" if own else "at "
     return (
         f"every flight{others} whose start is within {length(start, rounded_down, 3)} of ({point}) m on each axis, and "
-        f"otherwise {near}{like}, stays within {bounds} of the loop's rest at all samples from {period:g} s to {LONGEST:g} s "
-        "(11.6 days), the longest time that this proof covers."
+        f"otherwise {near}{like}, stays within {bounds} of the loop's rest at all samples from {period:g} s to "
+        f"{LONGEST:,.0f} s (11.6 days), the longest time that this proof covers."
     )
 
 

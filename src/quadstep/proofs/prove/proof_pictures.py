@@ -71,10 +71,11 @@ def of_set(loop: SampledLoop, kept: Hold, position: Array) -> list[FigureJob]:
         for axis, off, bound in zip(axes, flown.T, position, strict=True)
     ]
     share = float((flown.max(axis=0) / position).max())
+    nearest = ", and none goes farther along any axis than it starts" if (flown.max(axis=0) <= start).all() else ""
     caption = (
         f"Flown from the {corners.shape[1]} corners of the box of starts: the farthest of these flights from the loop's rest, "
         f"at each sample of the first {time[-1]:g} s, within what is proved for every start in the box and all later samples. "
-        f"They reach up to {100.0 * share:.0f} % of the bound."
+        f"They reach up to {100.0 * share:.0f} % of the bound{nearest}."
     )
     return [FigureJob("set", caption, time, panels, len(panels))]
 

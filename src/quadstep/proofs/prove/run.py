@@ -214,10 +214,10 @@ def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> Pro
     place = ", ".join(f"{one:g}" for one in at.position)
     doubling = f"{math.log(2.0) / growth.slowest:.3g} s"
     says = [
-        f"disproved: flights that begin near hover at the path's end, ({place}) m, do not all stay near it. Hover there is "
-        f"unstable: starts arbitrarily near it are driven away, the fastest error doubling every {doubling}. It is an exact "
-        f"equilibrium of the sampled loop, and {growth.unstable} of the {growth.states} eigenvalues of its Jacobian lie "
-        "outside the unit circle, the law taken in exact arithmetic. The fastest error grows at "
+        f"disproved: the claim that flights which begin near hover at the path's end, ({place}) m, stay near it. Hover "
+        f"there is unstable: starts arbitrarily near it are driven away, the fastest error doubling every {doubling}. It is "
+        f"an exact equilibrium of the sampled loop, and {growth.unstable} of the {growth.states} eigenvalues of its Jacobian "
+        "lie outside the unit circle, the law taken in exact arithmetic. The fastest error grows at "
         f"{rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s. `fly` and `linear` judge rest where "
         "the path begins, where a deviation may grow at another rate.",
         *consequence(plan),
@@ -228,7 +228,8 @@ def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> Pro
         Fact("fastest error", f"{growth.slowest:.3g} 1/s", f"doubles every {doubling}"),
         Fact("eigenvalues", f"{growth.unstable} of {growth.states}", "outside the unit circle"),
     ]
-    return flown_verdict(name, plan, log, says)._replace(cards=cards)
+    found, note = flown_verdict(name, plan, log, says), "The proof is about hover at the path's end, not this flight."
+    return found._replace(cards=cards, pictures=[one._replace(caption=f"{one.caption} {note}") for one in found.pictures])
 
 
 def consequence(plan: FlightPlan) -> list[str]:
