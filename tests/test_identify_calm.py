@@ -25,6 +25,7 @@ from quadstep.mission.listings import load_preset
 from quadstep.mission.read import check_mission
 from quadstep.report.units import percent
 from quadstep.vehicle.allocation import mixing
+from tests import made_flights
 from tests.calm_flights import WOBBLY, logged, start, true_values
 from tests.challenge.identified import off
 from tests.independent_flights import cases
@@ -297,3 +298,18 @@ def test_numbers_of_the_starting_vehicle_outside_the_intervals_are_marked_and_un
     assert scaled.rows[0][2:] == ("−41 to +50 %", "1.68 × 10⁻⁵, outside", "roughly", "m")
     assert scaled.rows[1][3:5] == ("1.68 × 10⁻⁵", "well")
     assert "J_z = 5.50 × 10⁻⁵ kg m^2 (given: 2.98 × 10⁻⁵)" in scaled.text
+
+
+@pytest.mark.parametrize("gain", [0.0, 0.03])
+def test_an_exponent_of_the_voltage_that_flights_do_not_tell_is_refused_and_the_thrust_is_right_all_the_same(gain):
+    flights = [
+        replace(one, channels=one.channels | {"voltage": np.mean(volts) + gain * (volts - np.mean(volts))})
+        for one in made_flights.logged(0)[:2]
+        for volts in [one.channel("voltage")]
+    ]
+    found = identify(flights, made_flights.start(), lambda _: None, predictors=False, still=True)
+    assert "command.voltage_exponent" in found.kept
+    assert found.numbers.curve.voltage_exponent == 1.0  # of rotors on a battery; with 0 the thrust would be 18 % too large
+    assert not any(one.unsure for key, one in found.fitted.items() if "[" not in key and key != "command.delay")
+    made = identified_vehicle(made_flights.start(), found, "", "")
+    assert [hover_ratio(one, made) for one in flights] == pytest.approx([1.0, 1.0], abs=0.02)

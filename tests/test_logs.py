@@ -11,6 +11,7 @@ from quadstep.identify.logs.flight import lag, slopes
 from quadstep.identify.logs.judge import FASTER, in_few_lines, judge, never_flew
 from quadstep.identify.logs.mapping import Mapping, load_mapping, mapping_names
 from quadstep.identify.logs.read import read_log
+from quadstep.identify.replay import ready
 from quadstep.io.errors import UserError
 from tests import calm_flights
 from tests.made_flights import MAPPING, logged, start, table, write
@@ -189,6 +190,12 @@ def test_mappings_say_what_is_wrong_with_them(folder):
 def test_the_mappings_of_the_package_are_whole():
     assert {"crazypad", "idsia", "nanobench"} <= set(mapping_names())
     assert all(isinstance(load_mapping(name), Mapping) for name in mapping_names())
+
+
+def test_a_log_without_pitch_is_said_to_lack_it_and_not_its_whole_attitude(flight):
+    lacking = {name: values for name, values in flight.channels.items() if name not in ("attitude", "rates")}
+    with pytest.raises(UserError, match="no attitude about all axes and no rates in the log, which can be checked"):
+        ready([dataclasses.replace(flight, channels=lacking)], start())
 
 
 def test_rows_after_a_gap_start_anew(flight):

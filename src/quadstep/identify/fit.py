@@ -23,7 +23,7 @@ from quadstep.identify.intervals import (
 )
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.mean_forces import wind_lean
-from quadstep.identify.parameters import ANSWERS, GAINS, GUIDANCE, LIMITS, Free, leaves_of, numbers_of, point_of, values_at
+from quadstep.identify.parameters import ANSWERS, GAINS, GUIDANCE, LIMITS, Free, before_fit, leaves_of, point_of, values_at
 from quadstep.identify.prediction import PredictorParameters
 from quadstep.identify.prediction_problem import ErrorWeights, Prior, curvature, search
 from quadstep.identify.starts import setpoint_of
@@ -83,7 +83,7 @@ class Fitted(NamedTuple):
     @property
     def unsure(self) -> bool:
         """Whether a positive number is undetermined."""
-        return 0.5 * math.log(self.high / self.low) > UNSURE
+        return self.high > math.exp(2.0 * UNSURE) * self.low
 
 
 class Identified(NamedTuple):
@@ -107,10 +107,8 @@ def identify(
     Raises UserError where the flights are too few.
     """
     start, start_guided = (earlier.numbers, earlier.guided) if earlier else (None, None)
-    p = start or numbers_of(vehicle, flights)
+    p = start or before_fit(vehicle, flights)
     fresh = start is None
-    if fresh and vehicle.command is None and vehicle.battery and "voltage" in flights[0].channels:
-        p = with_values(p, {"curve.voltage_exponent": 1.0})  # of a motor on a battery, until flights tell
     p, told, why, block = from_averages(flights, vehicle, p)
     if fresh and "drag.rotor[0]" in told:
         p = with_values(p, dict.fromkeys(("airframe.drag.rotor.0", "airframe.drag.rotor.1"), told["drag.rotor[0]"].value))
@@ -158,11 +156,12 @@ def anew(
     averages: dict[str, AverageEstimate], fitted: dict[str, Fitted], kept: dict[str, str],
 ) -> tuple[PredictorParameters, dict[str, Fitted]]:  # fmt: skip
     """The parameters with what is not determined as it was; the others, whose best values depend on that, are fitted to it."""
-    before = leaves_of(numbers_of(vehicle, flights))
+    before, now = leaves_of(before_fit(vehicle, flights)), leaves_of(p)
     p = with_values(p, {leaf: before[leaf] for one in free if one.key in kept for leaf in one.leaves})
     values: dict[str, float] = {}
-    if {"rotor.rise_time", "command.delay"} & kept.keys():  # with which averages take the commands
-        p, averages, _, _ = from_averages(flights, vehicle, p)
+    back = {leaf: before[leaf] for key, leaf in FROM_AVERAGES.items() if key in kept and key.endswith("exponent")}
+    if back.items() - now.items() or {"rotor.rise_time", "command.delay"} & kept.keys():  # averages take commands with these
+        p, averages, _, _ = from_averages(flights, vehicle, with_values(p, back), tuple(kept))
         values |= {key: one.value for key, one in averages.items() if key in FROM_AVERAGES}
     if rest := tuple(one for one in free if one.key not in kept):
         short = problem_of(flights, vehicle, p, SHORT, rest)
@@ -172,9 +171,8 @@ def anew(
     moved = {key: about(one, values.get(key, one.value)) for key, one in fitted.items()}
     # one that ends where the search does is not determined either: its interval is cut off there
     ends = {one.key for one in free if one.key in moved and moved[one.key].value > 0.999 * one.high}
-    if lost := [
-        one.key for one in free if one.key in ends or (one.logarithmic and one.key in moved and moved[one.key].unsure)
-    ]:
+    scales = {one.key for one in (*free, *AVERAGED) if one.logarithmic or one.key.endswith("exponent")}
+    if lost := [key for key, one in moved.items() if key in ends or (key in scales and one.unsure)]:
         kept.update(dict.fromkeys(lost, UNDETERMINED))
         return anew(flights, vehicle, p, free, averages, {key: one for key, one in fitted.items() if key not in lost}, kept)
     return p, moved

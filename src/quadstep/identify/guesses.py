@@ -8,6 +8,7 @@ import numpy as np
 from quadstep.identify.averages import AverageEstimate, HalfSeconds, blocks
 from quadstep.identify.intervals import FROM_AVERAGES, averaged
 from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.identify.mean_forces import Variant
 from quadstep.identify.parameters import Free, point_of
 from quadstep.identify.prediction import Predictor, PredictorParameters
 from quadstep.identify.prediction_problem import ErrorWeights, PredictionProblem, Prior, cost
@@ -45,13 +46,13 @@ def problem_of(
 
 
 def from_averages(
-    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, given: tuple[str, ...] = ()
 ) -> tuple[PredictorParameters, dict[str, AverageEstimate], dict[str, str], HalfSeconds | None]:
-    """p with the parameters that averages determine; why the others stay; and the averages."""
+    """p with the parameters that averages determine; why the others stay; and the averages. given: as in `Variant`."""
     block = blocks(flights, float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
     if block is None:
         return p, {}, dict.fromkeys(FROM_AVERAGES, "not enough uninterrupted flight"), None
-    return *averaged(block, p, vehicle.geometry(), flights[0].speeds), block
+    return *averaged(block, p, vehicle.geometry(), flights[0].speeds, variant=Variant(given=given)), block
 
 
 def priors(free: Sequence[Free], p: PredictorParameters, averages: dict[str, AverageEstimate]) -> Prior:

@@ -19,7 +19,7 @@ FROM_WORST = (UNKNOWN, SIGN, BARELY, ROUGHLY, WELL)
 
 READING = (
     "Well known: the interval is within 10 % of the value; roughly: within 50 %; barely: wider; sign unknown: it "
-    "contains zero. “Outside”: the interval does not contain the value of the starting vehicle."
+    "contains both signs. “Outside”: the interval does not contain the value of the starting vehicle."
 )
 
 
@@ -72,7 +72,8 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
     """What flights determine by themselves, and what only over what they do not. upright: inertia about z [kg m^2]."""
     rows: tuple[list[tuple[str, ...]], list[tuple[str, ...]]] = [], []
     for key, one in fit.fitted.items():
-        unit, factor = handy(one.unit, abs(one.value)) if one.unit in ("m", "s") else (prose(one.unit), 1.0)
+        unit, factor = ("°", math.degrees(1.0)) if one.unit == "rad" else (prose(one.unit), 1.0)
+        unit, factor = handy(unit, abs(one.value)) if unit in ("m", "s") else (unit, factor)
         value, low, high, _ = interval_texts(factor * one.value, factor * one.low, factor * one.high, "-")
         before = number_of(given, key, math.nan)
         theirs = number(factor * before) + ", outside" * bool(before < one.low or before > one.high)

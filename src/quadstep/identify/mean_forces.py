@@ -49,6 +49,7 @@ class Variant(NamedTuple):
     drifting: thrust changes with time, as where a battery sags and no voltage was logged. parasitic: drag also grows with the
     square of the airspeed. axial: whether axial drag is fitted. answering: what commands do not explain of the lift moves
     them, so that the exponent is that of the reverse regression (Frisch 1934). other: wind where tilt would be taken, or tilt.
+    given: keys not fitted.
     """
 
     drifting: bool = False
@@ -56,6 +57,7 @@ class Variant(NamedTuple):
     axial: bool = True
     answering: bool = False
     other: bool = False
+    given: tuple[str, ...] = ()
 
 
 PLAIN = Variant()
@@ -154,6 +156,7 @@ def forces(
     logs, volts = np.log(np.maximum(block.commands, 1e-3)), np.log(block.volts / p.curve.nominal)
     lift = np.log(np.maximum((block.gain * block.axes[..., 2].mean(axis=1)).sum(axis=1), 1e-3))
     free, why, explained = exponents(flight, logs.mean(axis=(1, 2)), volts.mean(axis=1), lift, speeds)
+    free = [one for one in free if KEYS[one] not in variant.given]
     known: dict[str, AverageEstimate] = {}
     if variant.answering and "exponent" in free:
         free = [one for one in free if one != "exponent"]

@@ -63,7 +63,7 @@ def least_predicted(flights: Sequence[FlightRecord], request: ReplayRequest, res
     numbers, guided = ready(flights, request.section, request.commands_only)
     one = followed(next(flight for flight in flights if flight.name == name), request.section, numbers, guided)
     kind = f"the least well predicted of {len(errors.names)} flights" * (len(errors.names) > 1)
-    return [prediction_picture(one, 0, kind)] if one else []
+    return [prediction_picture(one, 0, kind, errors.knows)] if one else []
 
 
 def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet, least: Sequence[FigureJob]) -> Evidence:
@@ -164,14 +164,16 @@ def write_identification(
     with TemporaryDirectory() as folder:
         out = Path(folder)
         (out / FIGURES).mkdir()
-        beside: dict[str, list[Figure]] = {}
+        top = []
         if run.commands:
             draw_errors(out / ERRORS, run.commands, period, SVG)
-            beside["held-out"] = [Figure(ERRORS, f"{AGAINST_GUESSES} Held-out flights, from commands alone.")]
-        pictures = [figure_of(out, prediction_picture(one, i, run.kind), SVG) for i, one in enumerate(found)]
-        beside["left"] = [*pictures, *(spectra(out, one, i) for i, one in enumerate(found))]
-        beside["simulated"] = [figure_of(out, flight_picture(one, place), SVG) for place, one in enumerate(run.flown)]
-        text = with_figures(evidence, beside).html(out)
+            top = [Figure(ERRORS, f"{AGAINST_GUESSES} Held-out flights, from {run.commands.knows}.")]
+        pictures = [figure_of(out, prediction_picture(one, i, run.kind, "commands alone"), SVG) for i, one in enumerate(found)]
+        beside = {
+            "left": [*pictures, *(spectra(out, one, i) for i, one in enumerate(found))],
+            "simulated": [figure_of(out, flight_picture(one, place), SVG) for place, one in enumerate(run.flown)],
+        }
+        text = with_figures(evidence._replace(figures=top), beside).html(out)
     write_beside(path, text)
 
 
@@ -182,9 +184,9 @@ def with_figures(evidence: Evidence, beside: Mapping[str, Sequence[Figure]]) -> 
     )
 
 
-def prediction_picture(one: Followed, place: int, kind: str) -> FigureJob:
+def prediction_picture(one: Followed, place: int, kind: str, knows: str) -> FigureJob:
     """Measured and predicted signals, and the residuals, around the largest error of the position half a second ahead. place:
-    of the flight among the others; kind: of flight.
+    of the flight among the others; kind: of flight; knows: what predictions were made from.
     """
     states = one.predicted[HORIZONS[-1]].position - one.measured[HORIZONS[-1]].position
     off = np.linalg.norm(states, axis=1)
@@ -199,7 +201,7 @@ def prediction_picture(one: Followed, place: int, kind: str) -> FigureJob:
         panels += [Panel(next(labels), unit, both) for both in lines]
         panels.append(Panel(next(labels), unit, dict(zip(names, (made - real).T, strict=True))))
     caption = (
-        f"{one.name}{f' ({kind})' if kind else ''}: measured, and {earlier}. The largest error of the position "
+        f"{one.name}{f' ({kind})' if kind else ''}: measured, and {earlier} from {knows}. The largest error of the position "
         f"{HORIZONS[-1] * one.period:.2g} s ahead, {quantity(float(off[worst]), 'm')}, is that of the prediction made at "
         f"{one.time[worst]:.1f} s (of those made from {one.time[0]:.1f} to {one.time[-1]:.1f} s). The residuals are what the "
         "model does not explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag or delay."

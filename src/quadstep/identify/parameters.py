@@ -136,6 +136,13 @@ def numbers_of(vehicle: AirframeSection, flights: Sequence[FlightRecord]) -> Pre
     )
 
 
+def before_fit(vehicle: AirframeSection, flights: Sequence[FlightRecord]) -> PredictorParameters:
+    """Where a fit begins, and what stays where flights do not tell: rotors on a battery follow its voltage."""
+    p = numbers_of(vehicle, flights)
+    on_battery = vehicle.command is None and vehicle.battery and "voltage" in flights[0].channels
+    return p._replace(curve=p.curve._replace(voltage_exponent=1.0)) if on_battery else p
+
+
 def leaves_of(parameters: PredictorParameters) -> dict[str, float]:
     """Every number by the name of its leaf, without the tables."""
     names = leaf_names(parameters, PREFIX.removesuffix("."))

@@ -147,11 +147,10 @@ def ready(
     for flight in flights:
         if flight.motors.shape[1] != rotors:
             raise UserError(f"{flight.name}: {flight.motors.shape[1]} motors in the log, the vehicle has {rotors} rotors")
-        missing = [name for name in ("position", "velocity", "attitude", "rates") if name not in flight.channels]
+        whole = {"position": "position", "velocity": "velocity", "attitude": "attitude about all axes", "rates": "rates"}
+        missing = " and ".join(f"no {one}" for name, one in whole.items() if name not in flight.channels)
         if missing:
-            raise UserError(
-                f"{flight.name}: no {' and no '.join(missing)} in the log; a prediction needs the complete initial state"
-            )
+            raise UserError(f"{flight.name}: {missing} in the log, which can be checked, but neither fitted nor predicted")
         if ("voltage" in flight.channels) != ("voltage" in flights[0].channels):
             raise UserError(
                 f"{flight.name}: the voltage was logged in some flights only; use either those with it or those without"

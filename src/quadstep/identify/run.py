@@ -11,9 +11,9 @@ from quadstep.identify.flown_setpoints import FlightComparison, flown_again, hov
 from quadstep.identify.known import fitted, graded, in_words
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.replay import ErrorTable, compare, ready
-from quadstep.identify.replay_report import METHOD, called, error_table, facts, off_by, predicting, tracking_table
+from quadstep.identify.replay_report import METHOD, called, error_table, off_by, predicting, tracking_table
 from quadstep.identify.residual import Followed, followed, trained
-from quadstep.identify.uses import tuning, uses
+from quadstep.identify.uses import cards, tuning, uses
 from quadstep.identify.vehicle_file import identified_vehicle, in_proportion, with_marks
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
@@ -198,7 +198,7 @@ def evidence(
         answer=said[0],
         sentences=said,
         record={},
-        facts=facts(run.commands, period) if run.commands else (),
+        facts=cards(run.found, run.commands, period),
         sections=[
             uses(run.found),
             markup.heading("Identified parameters", "found"),

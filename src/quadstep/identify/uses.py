@@ -4,10 +4,11 @@ from collections.abc import Sequence
 
 from quadstep.identify.fit import Identified
 from quadstep.identify.flown_setpoints import FAR, FlightComparison, is_wrong, unlike
-from quadstep.identify.known import BARELY, FROM_WORST, ROUGHLY, UNKNOWN, WELL, be, grade, in_words
+from quadstep.identify.known import BARELY, FROM_WORST, ROUGHLY, UNKNOWN, WELL, be, grade, graded, in_words
 from quadstep.identify.replay import ErrorTable
-from quadstep.identify.replay_report import to_better_guess
+from quadstep.identify.replay_report import facts, to_better_guess
 from quadstep.report.evidence import TableSection
+from quadstep.report.markup import Fact
 from quadstep.report.units import listed
 
 TUNED, LATE = "roll and pitch", ("rotor.rise_time", "command.delay")
@@ -24,7 +25,7 @@ USES = {
     "fast climbs and descents": (("drag.rotor[2]",), "fast climbs and descents"),
     "drift without feedback": (
         ("centre_of_gravity[0]", "centre_of_gravity[1]", "imu.tilt[0]", "imu.tilt[1]"),
-        "slow turns through every heading; indoors, pass --still-air",
+        "slow turns through every heading",
     ),
     "a battery that empties": (("command.voltage_exponent",), "most of a charge, with the voltage logged"),
 }
@@ -45,6 +46,19 @@ def uses(fit: Identified) -> TableSection:
     )
     header = ("the model's", "is known", "least known", "what to fly")
     return TableSection("What the model can be trusted for", "uses", header, rows, text, shown="What the model is good for")
+
+
+def cards(fit: Identified, compared: ErrorTable | None, period: float) -> list[Fact]:
+    """What the model is good for, how much of it is known, how far it is off on held-out flights, and what is known least."""
+    rows = [[str(cell) for cell in row] for row in uses(fit).rows]
+    least = min(rows, key=lambda row: FROM_WORST.index(row[1]))
+    good = [name for name, how, *_ in rows if how in (ROUGHLY, WELL)]
+    return [
+        Fact("uses known to within 50 %", f"{len(good)} of {len(rows)}", listed(good)),
+        Fact("parameters identified", " ".join(graded(fit).split()[:3])),
+        facts(compared, period)[0] if compared else Fact("held-out flights", "none"),
+        Fact("known least", least[2], f"for {least[0]}: {least[1]}"),
+    ]
 
 
 def tuning(
