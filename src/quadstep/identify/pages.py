@@ -164,13 +164,13 @@ def write_identification(
     with TemporaryDirectory() as folder:
         out = Path(folder)
         (out / FIGURES).mkdir()
-        top = []
+        pictures = [figure_of(out, prediction_picture(one, i, run.kind, "commands alone"), SVG) for i, one in enumerate(found)]
+        top = pictures[:1]
         if run.commands:
             draw_errors(out / ERRORS, run.commands, period, SVG)
             top = [Figure(ERRORS, f"{AGAINST_GUESSES} Held-out flights, from {run.commands.knows}.")]
-        pictures = [figure_of(out, prediction_picture(one, i, run.kind, "commands alone"), SVG) for i, one in enumerate(found)]
         beside = {
-            "left": [*pictures, *(spectra(out, one, i) for i, one in enumerate(found))],
+            "left": [*pictures[not run.commands :], *(spectra(out, one, i) for i, one in enumerate(found))],
             "simulated": [figure_of(out, flight_picture(one, place), SVG) for place, one in enumerate(run.flown)],
         }
         text = with_figures(evidence._replace(figures=top), beside).html(out)

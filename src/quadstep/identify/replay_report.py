@@ -108,6 +108,9 @@ METHOD = (
 )
 
 
+DIVIDED = "÷: by the error of assuming constant velocity and rates, or zero rates"
+
+
 def evidence(flights: Sequence[FlightRecord], request: ReplayRequest, result: Replayed, warnings: Sequence[str]) -> Evidence:
     """What was found, for its readers. warnings: where the logs contradict their mapping."""
     named = flights[0].name if len(flights) == 1 else counted(len(flights), "flight")
@@ -252,7 +255,7 @@ def error_table(title: str, errors: ErrorTable, period: float) -> TableSection:
     known = " (95 %)" if errors.ratio(AHEAD, GROUPS[0]).bounded else ""
     header = ("mean error after", *ahead, f"÷ constant{known}", f"÷ zero rate{known}")
     text = f"{title}: {errors.starts:,} starting points in {counted(len(errors.names), 'flight')}; ratios after {ahead[-1]}."
-    return TableSection("", "", header, rows, text, escape, shown=title)
+    return TableSection("", "", header, rows, text, escape, shown=f"{title}; {DIVIDED}")
 
 
 def estimators(one: Estimated) -> list[tuple[str, float, float, float, float]]:

@@ -50,14 +50,13 @@ def uses(fit: Identified) -> TableSection:
 
 def cards(fit: Identified, compared: ErrorTable | None, period: float) -> list[Fact]:
     """What the model is good for, how much of it is known, how far it is off on held-out flights, and what is known least."""
-    rows = [[str(cell) for cell in row] for row in uses(fit).rows]
-    least = min(rows, key=lambda row: FROM_WORST.index(row[1]))
-    good = [name for name, how, *_ in rows if how in (ROUGHLY, WELL)]
+    known = {str(name): str(how) for name, how, *_ in uses(fit).rows}
+    least, good = min(known.values(), key=FROM_WORST.index), [name for name, how in known.items() if how in (ROUGHLY, WELL)]
     return [
-        Fact("uses known to within 50 %", f"{len(good)} of {len(rows)}", listed(good)),
+        Fact("uses known to within 50 %", f"{len(good)} of {len(known)}", listed(good)),
         Fact("parameters identified", " ".join(graded(fit).split()[:3])),
         facts(compared, period)[0] if compared else Fact("held-out flights", "none"),
-        Fact("known least", least[2], f"for {least[0]}: {least[1]}"),
+        Fact("known least", least, listed([name for name, how in known.items() if how == least])),
     ]
 
 

@@ -142,8 +142,8 @@ Rows: TypeAlias = Sequence[Sequence[markup.Cell]]
 
 class Tables(NamedTuple):
     """Rows of text. conditions: on this flight, at any attitude, as asked, and whether that holds; ball: value, bound and
-    whether that is kept; then value by value: what changed L, how three ways to L_dot agree, what other definitions of the
-    ideal weights and the printed formulas give, and the coupling beside the damping.
+    whether that is kept; then value by value: what changed L, how three ways to L_dot agree, and what other definitions of
+    the ideal weights and the printed formulas give, with the coupling beside the damping.
     """
 
     conditions: Rows
@@ -151,7 +151,6 @@ class Tables(NamedTuple):
     changes: Rows
     ways: Rows
     others: Rows
-    coupling: Rows
 
 
 def tables(c: FlightCertificate) -> Tables:
@@ -214,10 +213,7 @@ def tables(c: FlightCertificate) -> Tables:
             ["W_B by least squares, without a ridge", brief(plain["W_B"])],
             ["eps_N by least squares", brief(plain["eps_N"])],
             ["b_r by least squares", brief(plain["b_r"])],
-        ],
-        coupling=[
-            ["ratio of the means", brief(coupling["ratio_in_the_mean"])],
-            ["largest ratio", brief(coupling["largest_ratio"])],
-            ["median ratio", brief(coupling["median_ratio"])],
+            ["coupling / damping |r1| |delta| / K_min |r|^2: of the means", brief(coupling["ratio_in_the_mean"])],
+            ["the same, largest and median sample", f"{brief(coupling['largest_ratio'])}, {brief(coupling['median_ratio'])}"],
         ],
     )  # fmt: skip

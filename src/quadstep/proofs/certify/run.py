@@ -12,7 +12,7 @@ from quadstep.io.errors import errors_in
 from quadstep.metrics.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
-from quadstep.proofs.certify.output import Rows, record, tables
+from quadstep.proofs.certify.output import record, tables
 from quadstep.proofs.certify.standing import answer, checked, facts, kind, seen, visible
 from quadstep.proofs.plain import Array, lengths
 from quadstep.report.drawing import FigureJob
@@ -95,7 +95,7 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
             TableSection("What changed L", "changes", ("", "added to L"), found.changes, CHANGED, shown="What changed L"),
             TableSection("Checks", CHECKS, ("", "share", "should be", ""), found.ways, CHECKED, shown=WAYS),
             Figure(CHECKS, f"{checked(c)} Axes are logarithmic, those of rates on both sides of zero."),
-            *(more(said, rows) for said, rows in ((OTHERS, found.others), (COUPLING, found.coupling))),
+            TableSection("", "", ("", "value"), found.others, f"{OTHERS}:", shown=OTHERS),
         ],
         cases=(Case("completed", lost),),
         fold=(CHECKS,),
@@ -120,10 +120,4 @@ CHECKED = (
 """What the rows of the tables are about."""
 
 WAYS = "L_dot by its formula, beside two other ways to compute it"
-OTHERS = "With the printed formulas, and with ideal weights by least squares"
-COUPLING = "Coupling beside damping, |r1| |delta| / K_min |r|^2"
-
-
-def more(said: str, rows: Rows) -> TableSection:
-    """A table of the checks."""
-    return TableSection("", "", ("", "value"), rows, f"{said}:", shown=said)
+OTHERS = "Other definitions, and the coupling beside the damping"

@@ -109,7 +109,7 @@ def answer(c: FlightCertificate) -> str:
 
 def untested(c: FlightCertificate) -> list[str]:
     """That some errors stay zero all the flight, of which it says nothing."""
-    moves = np.hstack([c.history.r1, c.history.r2]).any(axis=0)
+    moves = np.abs(np.hstack([c.history.r1, c.history.r2])).max(axis=0) > 0.0
     moved, still = ([name for name, one in zip(ERRORS, moves, strict=True) if one == which] for which in (True, False))
     said = f"Only the error in {units.listed(moved)} is tested: {units.listed(still)} stay{'s' * (len(still) == 1)} at zero"
     return [f"{said}{'' if c.lyapunov.coupling.any() else ', and so does the coupling'}."] * bool(still)
