@@ -88,7 +88,7 @@ def test_file_opens_offline_small_and_at_once(open_page, page_file):
     assert page.locator("#flight-name").inner_text() == "Case 1: three position commands at once"
     assert page.locator(".plot").count() >= 6
     assert "Flew as asked for 40.0 s" in page.locator("#outcome").inner_text()
-    said = "Theorem 5.1: 6 of 6 gain conditions hold\nrepaired theorem at hover: 1 of 1"
+    said = "Theorem 5.1: 6 of 6 gain conditions hold\nrepaired theorem at hover: 1 of 1 holds"
     assert page.locator("#conditions").inner_text() == said
     assert "default-src 'none'" in page.locator("meta[http-equiv]").get_attribute("content")
     sliders = page.locator("#controls input[type=range]:visible")
@@ -321,7 +321,7 @@ def test_summary_tells_of_the_flight_that_is_shown_and_claims_know_that_they_do_
     assert not page.locator(".stale-note:visible").count()
     page.evaluate("quadstep.setControl('t_f', 3)")
     words = page.locator("#summary-words").inner_text()
-    assert re.match(r"[A-Z].*; the numbers stop there\. The original flew for 40\.0 s\.$", words)
+    assert re.match(r"[A-Z].*; the numbers stop at the last sample before\. The original flew for 40\.0 s\.$", words)
     assert not page.locator(".filed").count()  # a flight that ended early is not compared with one that did not
     page.click("#reset")
     page.evaluate("quadstep.setControl('disturbance', 2)")
@@ -528,9 +528,9 @@ def test_divergence_is_told(open_page):
         page.evaluate("([control, value]) => quadstep.setControl(control, value)", [control, value])
     assert (
         page.locator("#conditions").inner_text()
-        == "Theorem 5.1: 6 of 6 gain conditions hold\nrepaired theorem at hover: 0 of 1"
+        == "Theorem 5.1: 6 of 6 gain conditions hold\nrepaired theorem at hover: 0 of 1 holds"
     )
-    assert page.locator("#conditions .bad").all_inner_texts() == ["repaired theorem at hover: 0 of 1"]
+    assert page.locator("#conditions .bad").all_inner_texts() == ["repaired theorem at hover: 0 of 1 holds"]
     assert page.locator("#promise").inner_text().endswith("the repaired theorem’s condition is violated.")
 
 

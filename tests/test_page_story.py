@@ -12,7 +12,7 @@ from quadstep.page import build
 from quadstep.page.build import Walk, fly_missions, page_data
 from quadstep.page.laws import NEURONS, Laws
 from quadstep.page.story import OWN, read_story
-from quadstep.studies.paper.cases import case_1, main_cases, stress
+from quadstep.studies.paper.cases import case_1, case_3, main_cases, stress
 from quadstep.studies.paper.page import stress_id
 from tests.commands import quadstep
 from tests.pages import FLIGHTS, STAND_IN, data_of, flown, fly_page, needs_node, write_page
@@ -179,6 +179,45 @@ def test_what_a_step_says_of_nets_is_what_flies():
     with_nets, without = (measured(stress(6.0, 1.0, enabled=nets))[1]["position_rmse[m]"] for nets in (True, False))
     assert f"the position is {1e3 * with_nets:.0f} mm" in step.guess.ask
     assert step.guess.answer == f"about {1e3 * without:.0f} mm"
+
+
+def test_what_the_first_step_says_of_its_gain_is_what_flies():
+    step, text = step_on("case3-adaptive", "K_r1"), " ".join(read_story(OWN).steps[0].text)
+    start, found = main_cases()["case3_adaptive"].start, {}
+    for gain in (1.5, 3.0, 6.0):
+        log, metrics = measured(case_3({"type": "backstepping", "K_r1": gain}, start.model_dump(exclude_none=True)))
+        outside = np.abs(position_errors(log)[:, :2]).max(axis=1) > 0.01
+        found[gain] = log.column("t")[np.flatnonzero(outside)[-1] + 1], np.degrees(metrics["largest_tilt[rad]"])
+    assert step.guess.show == {"K_r1": 1.5} and step.guess.answer == "later"
+    assert f"1 cm after {found[1.5][0]:.1f} s instead of {found[3.0][0]:.1f} s." in text
+    assert f"{found[6.0][0]:.1f} s, for a tilt of {found[6.0][1]:.0f}° instead of {found[3.0][1]:.0f}°." in text
+    assert found[1.5][0] < step.window[1]
+
+
+def test_what_a_step_says_of_tilt_and_time_is_what_flies_and_what_physics_says():
+    step = step_on("case1", "t_f")
+    text = " ".join(next(one for one in read_story(OWN).steps if one.settings == step).text)
+
+    def tilt(duration, scale, nets=True):
+        own = {"type": "backstepping", "nets": {"enabled": nets}}
+        simulation, disturbance = {"duration": duration}, {"scale": scale}
+        mission = case_1(duration=duration, simulation=simulation, disturbance=disturbance, controller=own)
+        return measured(mission)[1]["largest_tilt[rad]"]
+
+    calm, fast = tilt(6.0, 0.0), tilt(4.0, 0.0)
+    assert step.set == {"t_f": 6.0, "disturbance": 0.0} and f"up to {np.degrees(calm):.0f}°" in step.guess.ask
+    squared = np.arctan(np.tan(calm) * (6.0 / 4.0) ** 2)
+    assert [one.split("°")[0] for one in step.guess.choices] == [f"{np.degrees(one):.0f}" for one in (1.5 * calm, squared, fast)]
+    assert step.guess.answer == step.guess.choices[2]
+    assert f"it would be {np.degrees(tilt(4.0, 1.0)):.0f}° in 4 s" in text
+    assert f"(without them, {np.degrees(tilt(4.0, 1.0, nets=False)):.0f}°)" in text
+    share, climbs = np.linspace(0.0, 1.0, 4001), []
+    for duration, flown in ((4.0, fast), (6.0, calm)):
+        x, y, z = ((60 * share - 180 * share**2 + 120 * share**3) * way / duration**2 for way in (20.0, 5.0, 10.0))
+        tangent = np.hypot(x, y) / (9.81 + z)
+        assert np.arctan(tangent.max()) == pytest.approx(flown, abs=0.01)
+        climbs.append(f"−{-z[tangent.argmax()]:.1f} m/s²")
+    assert f"{climbs[0]} instead of {climbs[1]} at the largest tilt" in text
 
 
 def test_the_lowest_gain_that_flies_as_asked_is_within_what_its_step_wants():

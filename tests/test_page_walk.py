@@ -191,3 +191,15 @@ def test_in_a_walk_a_flight_is_compared_with_its_step_as_it_began(open_page, tmp
     assert page.locator("#summary-figures .filed").count() == 0
     page.evaluate("quadstep.setControl('K_r1', [4, 4, 4])")
     assert page.locator("#summary-figures .filed").first.inner_text() == f"was {began}"
+
+
+def test_time_pauses_where_the_plots_of_a_step_end_and_goes_on_when_asked(open_page, tmp_path):
+    write(tmp_path, LINE)
+    step = STEP.format(number=1).replace('watch = "net"', 'watch = "position-error"\nlook = "its end"\nwindow = [0, 0.4]')
+    story = write(tmp_path, "# A walk\n\n" + step, "story.md")
+    page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"), width=1440)
+    page.click("#guide-start")
+    assert page.locator(".guide-where").inner_text() == "“Position error”, the first plot on the right: its end."
+    page.wait_for_function("() => quadstep.time() === 0.4")
+    page.click("#play")
+    page.wait_for_function("() => quadstep.time() > 0.4")

@@ -154,6 +154,9 @@ def test_warnings_are_sentences(open_page):
         warnings[0].replace("\u00a0", " ")
         == "Warning: vehicle.rotors.limits: four rotors lift at most 8 N, the weight is 9.81 N."
     )
+    page.evaluate("quadstep.setControl('K_r1', 4)")
+    assert page.locator("#story .why").first.inner_text().startswith("With the original settings: vehicle.rotors")
+    page.evaluate("quadstep.setControl('K_r1', 3)")
     assert len(warnings) > 1
     assert all(re.fullmatch(r"[A-Z][^\n]+[^.]\.", warning) for warning in warnings)
     assert not page.locator("#story .stale-note").is_visible()
@@ -177,5 +180,5 @@ def test_paper_has_the_reason_that_a_telephone_leaves_to_the_badge(open_page):
     page = open_page("#flight=hasty", width=360)
     assert page.locator("#summary-words").is_hidden()
     page.emulate_media(media="print")
-    assert "the numbers stop there" in page.locator("#summary-words").inner_text()
+    assert "the numbers stop at the last sample before" in page.locator("#summary-words").inner_text()
     page.emulate_media(media="screen")

@@ -76,7 +76,10 @@ function start(): void {
     byId("keep").textContent = kept ? "Kept (release)" : "Keep";
   });
   listenToFiles(session.log, notice);
-  board.window.zoomed.watch((zoomed) => (byId("whole").hidden = !zoomed));
+  board.window.zoomed.watch((zoomed) => {
+    byId("whole").hidden = !zoomed;
+    clock.pause = zoomed?.most ?? Infinity;
+  });
   byId("whole").addEventListener("click", () => board.window.reset());
 
   let opening = false; // what the address bar says is being shown

@@ -89,7 +89,8 @@ function counts(conditions: readonly Judged[]): HTMLElement[] {
   return sources.map((source, i) => {
     const own = conditions.filter(({ condition }) => condition.source === source);
     const holding = own.filter(({ holds }) => holds).length;
-    const tail = i ? null : h("span", { class: "tail" }, ` gain conditions ${own.length === 1 ? "holds" : "hold"}`); // not on a telephone
+    const verb = holding === 1 || own.length === 1 ? "holds" : "hold";
+    const tail = h("span", { class: "tail" }, i ? ` ${verb}` : ` gain condition${own.length === 1 ? "" : "s"} ${verb}`); // not on a telephone
     return h("span", { class: holding < own.length ? "bad" : "good" }, `${source}: ${holding} of ${own.length}`, tail);
   });
 }

@@ -66,6 +66,8 @@ export interface StepData {
   readonly move: string;
   /** A plot, "net" or "scene". */
   readonly watch: string;
+  /** What of it to look at; "" where that is plain. */
+  readonly look: string;
   readonly time: number | null;
   /** The stretch of time of the plots [s]; null: all. */
   readonly window: readonly [number, number] | null;

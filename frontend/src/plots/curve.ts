@@ -4,6 +4,8 @@
 export interface Mapping {
   readonly x: (t: number) => number;
   readonly y: (value: number) => number;
+  /** A larger step from sample to sample is that of an angle to the other end of its range, and no line is drawn. */
+  readonly turn: number;
 }
 
 /**
@@ -33,6 +35,11 @@ export function trace(
   for (let i = Math.max(first, 0); i <= last && i < times.length; i++) {
     const x = Math.round(mapping.x(times[i]!) * 2) / 2;
     const y = mapping.y(values[i]!);
+    if (i > first && Math.abs(values[i]! - values[i - 1]!) > mapping.turn) {
+      flush();
+      out.push(x, Number.NaN);
+      column = Number.NaN;
+    }
     if (x !== column || Number.isNaN(y) !== Number.isNaN(entry)) {
       flush();
       column = x;

@@ -46,6 +46,7 @@ export function drawFigure(surface: Surface, panel: Panel, frame: Frame, palette
   drawAxes(surface, panel, frame, palette);
   const mapping = {
     x: (t: number): number => xOf(frame, t, panel),
+    turn: panel.unit === "rad" ? Math.PI : Infinity,
     y: (v: number): number => (Number.isFinite(v) ? yOf(panel, frame, v) : Number.NaN),
   };
   surface.clipped({ ...box, top: box.top - 2, height: box.height + 4 }, () => {

@@ -69,7 +69,7 @@ function entries({ rmse, largest, tilt, share, thrust }: Measures): Entry[] {
 /** The stretch of time over which errors count, where that is not the whole flight as asked. */
 function when({ flight, data: { summary } }: Shown): string {
   const from = summary.since > 0 ? ` from ${plain(summary.since)} s` : "";
-  return flight.held ? from && `${from} on` : `${from} until ${flight.ended.toFixed(2)} s`;
+  return flight.held ? from && `${from} on` : `${from} until ${flight.last.toFixed(2)} s`;
 }
 
 /** Numbers of flights are compared where both flew for the same time. */
@@ -86,9 +86,9 @@ function besides(shown: Shown, { held, ended, same }: Original): string[] {
   const limited = asFiled || !saturated || graded.labels.includes("rotors saturated") ? "" : `the rotors were saturated ${short(100 * saturated, 3)} % of the time`;
   const why = flight.held
     ? [heavy, graded.left, ...graded.reasons.slice(graded.above.length), limited, sameTime ? data.summary.cut : ""]
-    : [heavy, `${flight.why || "it was lost"}${data.whyNot ? "" : "; the numbers stop there"}`];
+    : [heavy, `${flight.why || "it was lost"}${data.whyNot ? "" : "; the numbers stop at the last sample before"}`];
   const original = held ? `flew for ${number(ended, 3)} s` : `was lost at ${ended.toFixed(2)} s`;
-  const compared = same || (flight.held && held) ? "" : `the original ${original}${!held && flight.held ? ", this flight goes on to its end" : ""}`;
+  const compared = same || (flight.held && held) ? "" : `the original ${original}${!held && flight.held ? "; this flight reached its end" : ""}`;
   return [...why, compared].filter(Boolean).map(sentence);
 }
 

@@ -12,6 +12,8 @@ export class Clock {
   readonly end = new Watched(1);
   /** From here to there time passes slowly while it plays: what happened last should be seen. */
   slow: { readonly from: number; readonly to: number } | undefined;
+  /** Where it pauses: what is on the screen ends there. */
+  pause = Infinity;
   private previous = 0;
   private frame = 0;
 
@@ -48,7 +50,9 @@ export class Clock {
     this.previous = now;
     this.seek(this.time.value + passed);
     this.onFrame(passed);
-    if (this.time.value >= this.end.value) this.playing.set(false);
+    const pauses = t < this.pause && this.time.value >= this.pause;
+    if (pauses) this.seek(this.pause);
+    if (pauses || this.time.value >= this.end.value) this.playing.set(false);
     else this.frame = requestAnimationFrame(this.advance);
   };
 }

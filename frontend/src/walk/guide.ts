@@ -9,7 +9,7 @@ import type { Board } from "../plots/board";
 import type { Session, Shown } from "../session";
 import { altered } from "../summary/strip";
 import { byId, fill, h } from "../view/dom";
-import { rich } from "../view/notation";
+import { flat, rich } from "../view/notation";
 import { Watched } from "../view/events";
 import { question, succeeded, wanted, yet } from "./guess";
 
@@ -125,6 +125,7 @@ export class Guide {
     const { flight, controller, ghost } = step;
     solve.addEventListener("click", () => this.session.apply({ flight, controller, ghost, values: { ...step.values, ...step.solution } }));
     const watch = (): void => this.board.watch(step.watch === "scene" ? undefined : step.watch, this.plot);
+    const title = step.watch === "net" ? "Force of the net" : (flown.panels.find(({ id }) => id === step.watch)?.title ?? "");
     const inline = h("div", { hidden: step.watch === "scene" });
     this.inline = inline;
     this.settle();
@@ -139,7 +140,7 @@ export class Guide {
       wanted(step) ? this.goal : null,
       Object.keys(step.solution).length ? solve : null,
       step.watch === "scene" ? null : h("h3", { class: "guide-what" }, "Watch"),
-      h("p", { class: "guide-text guide-where" }, step.watch === "scene" ? "The vehicle in the scene." : "The first plot on the right."),
+      h("p", { class: "guide-text guide-where" }, step.watch === "scene" ? "The vehicle in the scene" : `“${flat(title)}”`, step.watch === "scene" ? null : h("span", { class: "guide-right" }, ", the first plot on the right"), step.look && `: ${step.look}`, "."),
       inline,
     );
     const guessed = (verdict: HTMLElement, right: boolean): void => {
@@ -151,6 +152,7 @@ export class Guide {
       watch();
       const { settings } = this.session.shown.value!;
       this.session.apply({ ...settings, values: { ...settings.values, ...step.guess!.values } });
+      this.began(step);
       this.reveal(verdict.parentElement!, verdict);
     };
     const asked = step.guess && question(step.guess, guessed);

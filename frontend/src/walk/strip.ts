@@ -8,7 +8,8 @@ import { fill, h } from "../view/dom";
 
 const GLYPHS = { holds: "✓", fails: "✕", undecided: "?" } as const;
 const WORDS = { holds: "its claim holds", fails: "its claim fails", undecided: "its claim is undecided" } as const;
-const MANY = { holds: "hold", fails: "fail", undecided: "undecided" } as const;
+const MANY = { holds: "hold", fails: "fail", undecided: "are undecided" } as const;
+const ONE = { holds: "holds", fails: "fails", undecided: "is undecided" } as const;
 const VERDICTS = ["holds", "fails", "undecided"] as const;
 
 export class Strip {
@@ -28,7 +29,7 @@ export class Strip {
     const count = session.page.flights.length - [...groups.values()][0]!.length;
     fill(this.others, h("summary", {}, `${count} more flight${count === 1 ? "" : "s"}${marks ? ", and what the marks mean" : ""}`), h("div", { class: "lane" }, ...others), marks);
     const counted = session.page.flights.some(({ claims }) => claims.length > 1);
-    const pills = counted ? h("p", { class: "pill-line" }, "6✓ 1✕ 1? beside a flight: of the claims about it, six hold, one fails and one is undecided.") : null;
+    const pills = counted ? h("p", { class: "pill-line" }, "6✓ 1✕ 1? beside a flight: of the claims about it, six hold, one fails and one is undecided. A claim may be about several flights.") : null;
     fill(host, h("div", { class: "lane" }, first), pills, ...(others.length ? [this.others] : [marks]));
     host.hidden = session.page.flights.length < 2;
     session.shown.watch((shown) => shown && this.mark(shown.data.id));
@@ -37,7 +38,7 @@ export class Strip {
   private button(flight: FlightData, session: Session): HTMLButtonElement {
     const verdicts = flight.claims.flatMap((index) => session.page.claims[index]?.verdict ?? []);
     const counts = VERDICTS.map((verdict) => ({ verdict, count: verdicts.filter((one) => one === verdict).length })).filter(({ count }) => count);
-    const said = verdicts.length > 1 ? `of ${verdicts.length} claims about it, ${counts.map(({ verdict, count }) => `${count} ${MANY[verdict]}`).join(", ")}` : verdicts.length ? WORDS[verdicts[0]!] : "";
+    const said = verdicts.length > 1 ? `of ${verdicts.length} claims about it, ${counts.map(({ verdict, count }) => `${count} ${(count === 1 ? ONE : MANY)[verdict]}`).join(", ")}` : verdicts.length ? WORDS[verdicts[0]!] : "";
     const { reasons } = flight.outcome;
     const grade = graveness(flight.outcome);
     const state = [grade, ...reasons].join(" ");

@@ -77,6 +77,7 @@ class Settings(Section):
     set: dict[str, Values] = Field(default_factory=dict)
     move: str
     watch: str
+    look: Annotated[str, Field(max_length=120)] = ""
     time: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None = None
     window: Annotated[list[float], AfterValidator(as_range)] | None = None
     camera: Annotated[str, Field(pattern="^(orbit|follow)$")] = "orbit"
@@ -186,7 +187,7 @@ def step_view(written: StoryStep, flight: FlightData, where: str, laws: Laws) ->
     net = [NET] if laws.laws[controller.law].net > 0 else []
     watched = chosen(settings.watch, [SCENE, *net, *(panel.id for panel in flight.panels)], f"{where}: watch")
     return StepView(
-        title, text, flight.id, controller.id, ghost, values, moved, watched, settings.time, settings.window, settings.camera,
+        title, text, flight.id, controller.id, ghost, values, moved, watched, settings.look, settings.time, settings.window, settings.camera,
         asked, {str(name): span for name, span in settings.success.items()}, settings.as_asked,
         placed(settings.solution, "solution"),
     )  # fmt: skip
