@@ -5,6 +5,7 @@ import pytest
 
 from quadstep.engines.fly import fly
 from quadstep.io.errors import UserError
+from quadstep.linear.grade import grade
 from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.verdict import FlightGrade, graded
 from quadstep.mission.read import read_mission
@@ -13,7 +14,7 @@ from quadstep.page.build import Walk, fly_missions, page_data
 from quadstep.page.laws import NEURONS, Laws
 from quadstep.page.story import OWN, read_story
 from quadstep.studies.paper.cases import case_1, case_3, main_cases, stress
-from quadstep.studies.paper.page import stress_id
+from quadstep.studies.paper.page import NOTES, stress_id
 from tests.commands import quadstep
 from tests.pages import FLIGHTS, STAND_IN, data_of, flown, fly_page, needs_node, write_page
 
@@ -207,7 +208,9 @@ def test_what_a_step_says_of_tilt_and_time_is_what_flies_and_what_physics_says()
     calm, fast = tilt(6.0, 0.0), tilt(4.0, 0.0)
     assert step.set == {"t_f": 6.0, "disturbance": 0.0} and f"up to {np.degrees(calm):.0f}°" in step.guess.ask
     squared = np.arctan(np.tan(calm) * (6.0 / 4.0) ** 2)
-    assert [one.split("°")[0] for one in step.guess.choices] == [f"{np.degrees(one):.0f}" for one in (1.5 * calm, squared, fast)]
+    assert [one.split("°")[0] for one in step.guess.choices] == [
+        f"{np.degrees(one):.0f}" for one in (1.5 * calm, squared, fast)
+    ]
     assert step.guess.answer == step.guess.choices[2]
     assert f"it would be {np.degrees(tilt(4.0, 1.0)):.0f}° in 4 s" in text
     assert f"(without them, {np.degrees(tilt(4.0, 1.0, nets=False)):.0f}°)" in text
@@ -259,6 +262,12 @@ def test_a_rotor_may_fail_as_far_as_its_step_wants(left, above):
     assert (step.solution == {"fault_1": left}) == above
     assert (low < metrics["largest_error[m]"] < high) == above == (log.column("z").min() > 0.0)
     assert log.column("z_d").min() == high
+
+
+def test_the_note_of_case_1_names_its_margin_at_rest():
+    rest = grade(case_1())
+    assert rest.word == "fragile" and rest.why.startswith("phase margin 29.4° in thrust (less than 30.0°); ")
+    assert "its loop at rest is fragile: the phase margin is 29.4°, less than 30°." in NOTES["case1"]
 
 
 @needs_node

@@ -200,6 +200,7 @@ def test_time_pauses_where_the_plots_of_a_step_end_and_goes_on_when_asked(open_p
     page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"), width=1440)
     page.click("#guide-start")
     assert page.locator(".guide-where").inner_text() == "“Position error”, the first plot on the right: its end."
-    page.wait_for_function("() => quadstep.time() === 0.4")
+    page.click("#play")  # which this browser, calm, leaves to the reader
+    page.wait_for_function("() => quadstep.time() === 0.4", timeout=10_000)
     page.click("#play")
-    page.wait_for_function("() => quadstep.time() > 0.4")
+    page.wait_for_function("() => quadstep.time() > 0.4", timeout=10_000)
