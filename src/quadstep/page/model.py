@@ -236,7 +236,8 @@ class GuessView(NamedTuple):
 class StepView(NamedTuple):
     """A step of a walk. values: by the key under which the page keeps settings. move: a control, "controller" or "ghost".
 
-    watch: a panel's id, "net" or "scene". look: at what of it. time: where the cursor starts [s]. window: the stretch of time of the plots [s].
+    watch: a panel's id, "net" or "scene". look: at what of it. time: where the cursor starts [s]. window: the stretch of
+    time of the plots [s].
     success: within what a completed flight's numbers have to be, by the names of measures [m, rad]. asAsked: its grade, too.
     solution: what reaches it, as values.
     """

@@ -187,7 +187,8 @@ def step_view(written: StoryStep, flight: FlightData, where: str, laws: Laws) ->
     net = [NET] if laws.laws[controller.law].net > 0 else []
     watched = chosen(settings.watch, [SCENE, *net, *(panel.id for panel in flight.panels)], f"{where}: watch")
     return StepView(
-        title, text, flight.id, controller.id, ghost, values, moved, watched, settings.look, settings.time, settings.window, settings.camera,
+        title, text, flight.id, controller.id, ghost, values, moved, watched, settings.look, settings.time, settings.window,
+        settings.camera,
         asked, {str(name): span for name, span in settings.success.items()}, settings.as_asked,
         placed(settings.solution, "solution"),
     )  # fmt: skip
