@@ -215,10 +215,10 @@ def test_what_a_step_says_of_tilt_and_time_is_what_flies_and_what_physics_says()
     assert f"it would be {np.degrees(tilt(4.0, 1.0)):.0f}° in 4 s" in text
     assert f"(without them, {np.degrees(tilt(4.0, 1.0, nets=False)):.0f}°)" in text
     share, climbs = np.linspace(0.0, 1.0, 4001), []
-    for duration, flown in ((4.0, fast), (6.0, calm)):
+    for duration, largest in ((4.0, fast), (6.0, calm)):
         x, y, z = ((60 * share - 180 * share**2 + 120 * share**3) * way / duration**2 for way in (20.0, 5.0, 10.0))
         tangent = np.hypot(x, y) / (9.81 + z)
-        assert np.arctan(tangent.max()) == pytest.approx(flown, abs=0.01)
+        assert np.arctan(tangent.max()) == pytest.approx(largest, abs=0.01)
         climbs.append(f"−{-z[tangent.argmax()]:.1f} m/s²")
     assert f"{climbs[0]} instead of {climbs[1]} at the largest tilt" in text
 
