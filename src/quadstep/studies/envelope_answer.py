@@ -72,15 +72,10 @@ def frontier(envelope: Envelope) -> str:
     it, if that grows or falls with x, in a clause after a semicolon; else nothing.
     """
     asked, rows = envelope.asked, envelope.cells.flyable[0]
-    counts = rows.sum(axis=0)
-    part = np.flatnonzero((counts > 0) & (counts < len(rows)))
-    steps = np.diff(counts)
+    counts, fit = rows.sum(axis=0), asked.x.ranged and asked.y.ranged and not (asked.by or asked.random)
+    part, steps = np.flatnonzero((counts > 0) & (counts < len(rows))), np.diff(counts)
     whole = (rows == (np.arange(len(rows))[:, None] < counts)).all() and ((steps >= 0).all() or (steps <= 0).all())
-    if (
-        not (whole and len(part) > 2 and np.ptp(counts[part]) and asked.x.ranged and asked.y.ranged)
-        or asked.by
-        or asked.random
-    ):
+    if not (fit and whole and len(part) > 2 and np.ptp(counts[part])):
         return ""
     told = [f"{asked.y.shown(asked.y.values[counts[at] - 1])} at {asked.x.shown(asked.x.values[at])}"
             for at in part[[0, len(part) // 2, -1]]]  # fmt: skip

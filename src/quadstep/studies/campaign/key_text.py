@@ -46,8 +46,8 @@ def ranking(
         else:
             line = f"No single key explains a share of {name} that differs significantly from zero."
         if clear and not rest:
-            rest = "Most is" if shares[key].high < 0.5 else "The rest is"
-            line += f" {rest} due to whatever else is random in a flight, turbulence for instance, and to coarse estimating."
+            line += f" {'Most' if shares[key].high < 0.5 else 'The rest'} is due to whatever else is random in a flight,"
+            line += " turbulence for instance, and to the coarseness of the estimate."
         elif clear and not campaign.file.correlated:
             together = min(1.0, sum(one.value for one in clear.values()))
             known = f"Taken one by one, the {len(clear)} significant keys together explain {100.0 * together:.3g} %"

@@ -164,17 +164,8 @@ def draw_points(
                 axes.plot(*at, marker=marker, markersize=DOT, color=colour, linewidth=0.0, label=name)
         axes.autoscale_view()
         marks = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))  # one for the limits of both axes
-        axes.legend(
-            marks.values(),
-            marks.keys(),
-            loc="lower left",
-            bbox_to_anchor=(0.0, 1.0),
-            ncols=3,
-            columnspacing=0.8,
-            handlelength=1.2,
-            handletextpad=0.4,
-            borderpad=0.0,
-        )
+        close = {"columnspacing": 0.8, "handlelength": 1.2, "handletextpad": 0.4, "borderpad": 0.0}
+        axes.legend(marks.values(), marks.keys(), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, **close)
         dots = axes.transData.transform(np.column_stack((x, y))) * 72.0 / figure.dpi
         rings = {flight: dots[flight] for flight in links if known[flight]}
         left, bottom, right, top = (np.array(axes.bbox.extents) * 72.0 / figure.dpi).tolist()
