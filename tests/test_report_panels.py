@@ -80,6 +80,12 @@ def test_captions_say_where_a_flight_is_worst():
         "The largest u is 9.00 N, at 4 s. The limits cut the law's command 24.9 % of the time.",
     ]
     assert [panel.lines.keys() for panel in inputs.panels] == [{"commanded", "within limits"}]
+    turned = log._replace(
+        columns={**columns, "tau_phi": "N m", "tau_theta": "N m"},
+        rows=np.column_stack([log.rows, 0.01 * t, -0.242 * (t == 1.0)]),
+    )
+    said = flight_jobs(turned, "A flight")[2].caption.replace("\N{NO-BREAK SPACE}", " ")
+    assert said.startswith("The largest u is 9.00 N, at 4 s. The largest torque, tau_theta, is −0.242 N m, at 1 s.")
 
 
 def test_a_path_that_leaves_its_picture_says_so():

@@ -155,6 +155,14 @@ def test_a_flight_is_drawn_with_the_signals_that_are_asked_for(tmp_path, monkeyp
     assert not (tmp_path / "b").exists()
 
 
+@pytest.mark.parametrize("most", [0.242, 3.0, 77.0])
+def test_the_outermost_power_of_ten_of_a_peak_is_labelled(most):
+    axes = drawn(Panel("tau_theta", "N m", {"tau_theta": np.where(T[0] == T, -most, 4e-4 * np.cos(T))}))
+    assert axes.get_yscale() == "symlog"
+    ticks = axes.yaxis.get_majorticklocs()
+    assert min(ticks) == pytest.approx(-(10.0 ** np.floor(np.log10(1.6 * most))))
+
+
 def test_a_peak_does_not_flatten_what_follows():
     axes = drawn(Panel("tau_phi", "N m", {"tau_phi": DECAY}))
     assert axes.get_yscale() == "symlog"

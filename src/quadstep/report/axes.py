@@ -152,7 +152,8 @@ def signed_logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
     decades = sum(1.0 + max(0.0, np.log10(max(end, 1e-300) / edge)) for end in np.abs(axes.get_ylim()))
     room = axes.bbox.height / axes.figure.dpi / decades
     every = max(1, -(-(len(up) + len(down)) // 5), int(np.ceil(TICK / room)))
-    axis, ticks, written = axes.yaxis, [*down[every - 1 :: every], 0.0, *up[every - 1 :: every]], Powers()
+    seen = [side[i] for side in (down, up) for i in range(len(side) - 1, every - 2, -every)]  # the outermost always
+    axis, ticks, written = axes.yaxis, [0.0, *seen], Powers()
     axis.set_major_locator(FixedLocator(ticks))
     axis.set_major_formatter(written)
     written.set_locs(ticks)

@@ -77,11 +77,16 @@ def of_attitude(log: FlightLog, panels: list[Panel]) -> str:
 
 
 def of_inputs(log: FlightLog, panels: list[Panel]) -> str:
-    """The thrust at most, and how often the limits cut what the law commands."""
-    t, first = log.column("t"), panels[0]
-    values = next(iter(first.lines.values()))
-    place = int(np.abs(values).argmax())
-    said = f"The largest {first.label} is {quantity(float(values[place]), first.unit)}, at {at(t, place)}."
+    """The thrust and the torque at most, and how often the limits cut what the law commands."""
+    sizes = [(np.abs(next(iter(one.lines.values()))), one) for one in panels]
+    torques = [pair for pair in sizes[1:] if pair[1].unit == "N m"]
+    found = []
+    for what, (size, one) in zip(("", "torque"), [sizes[0], *sorted(torques, key=lambda pair: -pair[0].max())], strict=False):
+        place = int(size.argmax())
+        most = quantity(float(next(iter(one.lines.values()))[place]), one.unit)
+        named = f"{what}, {one.label}," if what else one.label
+        found.append(f"The largest {named} is {most}, at {at(log.column('t'), place)}.")
+    said = " ".join(found)
     pairs = [[*panel.lines.values()] for panel in panels if len(panel.lines) == 2]
     if pairs:
         cut = [np.abs(a - b) > SAME * max(float(np.abs(a).max()), 1e-300) for a, b in pairs]
