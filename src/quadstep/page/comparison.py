@@ -250,12 +250,10 @@ def answer(names: list[str], first: dict[str, float], second: dict[str, float], 
 
 
 def value(one: float, unit: str, largest: float) -> str:
-    """A number as people write it, in the unit that suits the largest of its row, or itself, if it is much smaller; a count
-    as it is.
-    """
+    """A number as people write it, in the unit that suits the largest of its rows, angles in degrees; a count as it is."""
     if unit == "-" and one.is_integer() and abs(one) < 1e9:
         return f"{one:.0f}"
-    unit, factor = units.suited(unit, abs(one) if 0.0 < abs(one) < 1e-4 * largest else largest)
+    unit, factor = units.suited(unit, 0.0 if unit in units.ANGLES else largest)
     return units.number(factor * one) + units.unit_suffix(unit)
 
 
