@@ -563,6 +563,7 @@ def test_the_numbers_of_a_row_have_one_unit_and_a_lost_flight_s_last_state_is_no
     assert "0.0229°" in text and "1.72°" in text and "mrad" not in text
     assert row("position.x.rmse[m]", 7.476e-8, 0.039, 0.039)[:2] == ["7.48 × 10⁻⁵\u00a0mm", "39.0\u00a0mm"]
     assert row("position.x.rmse[m]", 1e-5, 2e-5, 0.039)[:2] == ["0.0100\u00a0mm", "0.0200\u00a0mm"], "as its y, of 39 mm"
+    assert words("full_thrust_share") == "share of the time at a rotor's full thrust"
     assert row("attitude.psi.rmse[rad]", 2.2e-8, 0.0, 2.2e-8)[:2] == ["1.26 × 10⁻⁶°", "0°"]
     assert row("position.x.rmse[m]", 0.0039, 0.039, 0.039)[:2] == ["3.90\u00a0mm", "39.0\u00a0mm"]
     assert "ending" not in text

@@ -261,6 +261,8 @@ WORDS = {
     "error_growth": "factor by which the error grows", "rate_growth": "factor by which the turn rates grow",
     "rotors.least": "least thrust of a rotor", "rotors.largest": "largest thrust of a rotor", "ended": "time flown",
     "rotors.activity": "change of the rotors' thrusts", "saturated_share": "share of the time at a rotor's limit",
+    "lowest_thrust_share": "share of the time at a rotor's least thrust",
+    "full_thrust_share": "share of the time at a rotor's full thrust",
     "shaking": "swing of the thrust's axis, RMS", "overturned": "largest tilt once upright",
     "relative_error": "position error over the path's size", "measured_rmse": "error of the measured position, RMSE",
 }  # fmt: skip
