@@ -98,7 +98,7 @@ def test_nobody_is_best_where_nothing_tells_them_apart():
     tied = same._replace(ranked={WHERE: even})
     assert answer(tied) == (
         "law 0 (median e 10.0 mm), law 1 (10.0 mm) and law 2 (10.0 mm) are tied for best: 500 flights do not tell all of them "
-        "apart; not even 100,000 would tell law 0 from law 1, if their differences stay as they are."
+        "apart; not even 100,000 would tell law 0 from law 1 with a chance of 80 %, if their differences are as found."
     )
     assert answer(elsewhere(tied)).startswith("law 0, law 1 and law 2 are tied for best in both situations. In hover, law 0 (")
     assert advice(elsewhere(tied)).startswith("Next: choose among law 0, law 1 and law 2 by what they take")

@@ -13,7 +13,7 @@ from quadstep.metrics.verdict import FlightGrade
 from quadstep.report.units import DIGITS, interval, listed, metric, number, percent, suited, unit_suffix
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.ranking import Pair, flights_to_decide
+from quadstep.studies.comparison.ranking import POWER, Pair, flights_to_decide
 from quadstep.studies.tuning.objective import NEGLIGIBLE
 
 MOST_NAMED = 4
@@ -167,6 +167,9 @@ def apart(results: Comparison, situation: Situation, names: list[str]) -> str:
     pairs = [pair for pair in ranked.pairs if pair.first in names and pair.second in names]
     said = [text for pair in pairs if (text := traded(results, situation, pair))]
     said = said if len(said) <= 2 else [f"{len(said)} pairs of them differ, but not in errors and losses alike"]
+    said += [
+        text for name in results.metrics if name != results.metric and (text := elsewhere(results, situation, names, name))
+    ]
     open_pairs = [pair for pair in pairs if pair.winner is pair.keeper is None]
     flights = max(one.flights for one in results.of(situation))
     if not open_pairs:
@@ -180,8 +183,18 @@ def apart(results: Comparison, situation: Situation, names: list[str]) -> str:
     if (least := min(enough)) > flights and results.searches < 2:
         who = "" if len(pairs) == 1 else f" tell {enough[least].first} from {enough[least].second}"
         count = f"about {least:,} would" if least <= MOST_FLIGHTS else f"not even {MOST_FLIGHTS:,} would"
-        said.append(f"{count}{who}, if their differences stay as they are")
+        said.append(f"{count}{who} with a chance of {100.0 * POWER:.0f} %, if their differences are as found")
     return f": {'; '.join(said)}"
+
+
+def elsewhere(results: Comparison, situation: Situation, names: list[str], name: str) -> str:
+    """The medians of another metric where the least and the largest of those who are tied have intervals that lie apart."""
+    cells = [(one.spreads[name].median, one.controller) for one in results.of(situation) if one.controller in names]
+    cells.sort(key=lambda one: one[0].value)
+    if not cells[0][0].high < cells[-1][0].low < math.inf:
+        return ""
+    each = [f"{unit_of(results, name).text(median.value)} ({who})" for median, who in cells if math.isfinite(median.value)]
+    return f"their medians of {metric(results.metrics[name])[0]} differ, {listed(each)}"
 
 
 def traded(results: Comparison, situation: Situation, pair: Pair) -> str:

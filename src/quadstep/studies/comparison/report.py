@@ -65,9 +65,10 @@ TUNED = "All tuned gains were found with the same flights, objective and budget,
 LOOPS = (
     "The sampled loop at rest at the start of the path, without noise: one loop is opened at a time, and the table shows the "
     "smallest margin over all channels. An estimator is left out, together with the fix latency that it compensates. "
-    "`quadstep linear` gives details."
+    "`quadstep linear` gives details. A slowest pole of 0 in a sound loop is that of a number of the law, "
+    "such as an adapted weight, that may have any value at rest: it neither grows nor decays."
 )
-MEDIANS = "{} of {}; a lost flight ranks worse than any other. In bold: best, or tied for best.{}"
+MEDIANS = "{} of {}{}; a lost flight ranks worse than any other. In bold: best, or tied for best.{}"
 FAILING = "A disturbance is increased until flights fail, that is, are lost or exceed the error limit."
 RAISED = f"{FAILING} The last column is the share of an equal number of other flights that fail at the 50 % point."
 
@@ -111,7 +112,9 @@ def evidence(
         else markup.paragraph(f"There is no page with flights: {missing}."),
     ]
     for vehicle, figure in figures.items():
-        text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), words.limit(results, vehicle))
+        begins = {job.subject.campaign.content.get("score_from") or 0.0 for job in flights}
+        scored = f", errors from {float(str(begins.pop())):g} s on" if len(begins) == 1 and begins != {0.0} else ""
+        text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), scored, words.limit(results, vehicle))
         text = f"{text[:1].upper()}{text[1:]}"
         title = f"{', '.join([vehicle, *filter(None, results.shared[1:])]) + ': ' if vehicle else ''}{words.measured(results)}"
         label, ((corner, *names), found_rows) = vehicle or "Missions", tables.matrix(results, vehicle)

@@ -152,7 +152,7 @@ def of_all(results: Comparison) -> list[str]:
     slight = f" (in {tiny} of these by less than {100.0 * NEGLIGIBLE:g} %)" if tiny else ""
     over = f" over {len(results.ranked)} situations" if len(results.ranked) > 1 else ""
     lines = [advice(results), *in_its_median_flight(results), *activity(results)]
-    lines += [line for name in first(results)[0][:1] for line in with_grade(results, name)]
+    lines += [line for name in first(results)[0][:MOST_NAMED] for line in with_grade(results, name)]
     lines += prices(results)
     everywhere = " in every situation" if results.kind == "controller" else ""
     alike = f", {ALIKE if results.seeds > 1 else ONCE}" if results.copies else ""
