@@ -154,7 +154,7 @@ def test_what_happens_is_marked_over_time_and_named_where_there_is_room():
     shown = [axes for axes in job.picture().axes if axes.get_visible()]
     for place, axes in enumerate(shown):  # two in each row
         assert [line.get_xdata()[0] for line in axes.lines if len(line.get_xdata()) == 2] == [0.12, 0.4, 0.1, 0.25]
-        above = [] if place >= 2 else ["payload", "rotor fault", "gust"]  # whose strips leave waypoint 2 no room
+        above = [] if place >= 2 else ["payload", "rotor fault", "gust", "waypoint 2"]
         assert [one.get_text() for one in axes.texts] == above
         lasts = [[*one.get_segments()[0][:, 0]] for one in axes.collections if not str(one.get_gid()).startswith("grid")]
         assert lasts == ([] if place >= 2 else [pytest.approx(one) for one in ([0.12, 0.525], [0.4, 0.525], [0.1, 0.3])])
@@ -168,8 +168,9 @@ def test_a_word_without_room_is_left_out_and_none_leaves_the_axes():
         EventMark(1.0, "", "a"),
         EventMark(1.1, "", "b"),
         EventMark(1.2, "", "c"),
+        EventMark(1.3, "", "e"),
         EventMark(11.0, "", "d"),
     ]
     found = named(moments, 0.0, 10.0, 2.0)
-    assert [(one.word, row) for one, row, _ in found] == [("last", 0), ("a", 0), ("b", 1)]
+    assert [(one.word, row) for one, row, _ in found] == [("last", 0), ("a", 0), ("b", 1), ("c", 2)]
     assert all(0.0 <= begin <= 144.0 - 0.55 * 8.5 * len(one.word) for one, _, begin in found)
