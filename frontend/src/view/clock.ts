@@ -46,7 +46,7 @@ export class Clock {
   private readonly advance = (now: number): void => {
     const t = this.time.value;
     const pace = this.slow && t >= this.slow.from && t < this.slow.to ? Math.min(this.speed.value, SLOWLY) : this.speed.value;
-    const passed = Math.min((now - this.previous) / 1000, LONGEST) * pace;
+    const passed = Math.min(Math.max(now - this.previous, 0) / 1000, LONGEST) * pace; // a picture's time may lie before the click that began it
     this.previous = now;
     this.seek(this.time.value + passed);
     this.onFrame(passed);
