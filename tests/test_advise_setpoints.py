@@ -437,7 +437,7 @@ def test_a_slow_filter_that_no_gain_makes_up_for_is_raised_where_all_its_axes_ar
     before, after = (setpoints.least(one.opened(omega)[DULL]) for one in (axes(), axes()._replace(cut=np.full(3, cut))))
     assert before[2] < 0.9
     assert after[2] > 1.0
-    assert f"IMU_GYRO_CUTOFF from 12 to {cut:.4g} Hz: by the measured response that gives" in found.more[0]
+    assert f"IMU_GYRO_CUTOFF from 12 to {cut:.4g} Hz: by the measured response, this gives" in found.more[0]
     (lag,) = [row for row in table(found, "Low-passes") if row[0] == "IMU_GYRO_CUTOFF"]
     crossover = before[0] / (2.0 * math.pi * 12.0)
     alone = math.degrees(math.atan2(math.sqrt(2.0) * crossover, 1.0 - crossover**2))

@@ -91,7 +91,7 @@ export class Labels {
     call.hidden = false;
     const [width, height] = [call.offsetWidth, call.offsetHeight];
     const [across, up] = [radius + GAP + width / 2, (radius + GAP + height / 2) * (above ? -1 : 1)];
-    const boxes = [[0, up], [0, -up], [-across, 0], [across, 0], [0, 1.5 * up], [0, -1.5 * up]].map(([dx = 0, dy = 0]): Area => {
+    const boxes = [[0, up], [0, -up], [-across, 0], [across, 0], ...[1.5, 2].flatMap((far) => [[0, far * up], [0, -far * up]])].map(([dx = 0, dy = 0]): Area => {
       const left = Math.max(Math.min(x + dx - width / 2, whole.right - INSET - width), INSET);
       const top = Math.max(Math.min(y + dy - height / 2, whole.bottom - INSET - height), INSET);
       return { left, top, right: left + width, bottom: top + height };
