@@ -15,7 +15,6 @@ import pytest
 
 from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
-from quadstep.linear.grade import quick_grade
 from quadstep.report.progress import Progress
 from quadstep.studies.campaign import cluster, cluster_connection
 from quadstep.studies.campaign.cluster import (
@@ -190,7 +189,7 @@ def test_a_worker_and_a_node_lost_in_mid_run_change_nothing(whole, joined, tmp_p
                 joined.remove_node(*joined.worker_nodes, allow_graceful=False)
 
     with no_report():
-        fly_campaign(CampaignRequest(path, tmp_path / "out", engine=Engine.RAY, progress=Killing(), grading=quick_grade))
+        fly_campaign(CampaignRequest(path, tmp_path / "out", engine=Engine.RAY, progress=Killing()))
     assert lost == ["worker", "node"]
     assert counts == sorted(counts)
     assert counts[-1] == 3600

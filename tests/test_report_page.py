@@ -218,4 +218,4 @@ def test_what_is_not_for_paper_opens_on_a_screen_alone():
         '<details class="screen"><summary>every key</summary>'
     )
     assert markup.verbatim("{}", "every key").startswith("<details><summary>")
-    assert ".screen" in markup.style().partition("@media print")[2].partition("{ display: none; }")[0]
+    assert ".screen" in markup.style().partition("@media print {")[2].partition("{ display: none; }")[0]
