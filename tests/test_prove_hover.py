@@ -35,7 +35,7 @@ def test_the_example_is_disproved(tmp_path):
         "4 of the 82 eigenvalues",
         "2.14987 to 2.14988 1/s",
         "printed conditions hold",
-        "disproved: flights that begin near hover",
+        "disproved: the claim that flights which begin near hover",
         "98.4\N{NO-BREAK SPACE}m",
     ):
         assert needed in run.out.replace("\n", " ")

@@ -179,7 +179,7 @@ def test_the_enclosure_of_a_start_holds_its_starts(law):
 def test_flights_from_starts_with_any_velocity_attitude_and_rates_stay_in_the_set(tmp_path):
     starts = {"start": 1e-3, "start_velocity": 1e-3, "start_attitude": 1e-3, "start_rates": 1e-3}
     file, said = proved(tmp_path, SET, **starts)
-    assert "0.001 m/s and 0.0572958° of attitude and 0.0572958°/s at most" in said
+    assert "within 0.001 m/s and 0.0572958° of attitude and 0.0572958°/s of the mission's" in said
     assert quadstep("prove", "--check", file).code == 0
     found, loop = read_set(file), loop_of(tmp_path, SET)
     into, unknown = np.linalg.inv(found.spread), Unknown(**starts)._replace(start=found.start)
