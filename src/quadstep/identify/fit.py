@@ -171,7 +171,7 @@ def anew(
     moved = {key: about(one, values.get(key, one.value)) for key, one in fitted.items()}
     # one that ends where the search does is not determined either: its interval is cut off there
     ends = {one.key for one in free if one.key in moved and moved[one.key].value > 0.999 * one.high}
-    scales = {one.key for one in (*free, *AVERAGED) if one.logarithmic or one.key.endswith("exponent")}
+    scales = {one.key for one in free if one.logarithmic}
     if lost := [key for key, one in moved.items() if key in ends or (key in scales and one.unsure)]:
         kept.update(dict.fromkeys(lost, UNDETERMINED))
         return anew(flights, vehicle, p, free, averages, {key: one for key, one in fitted.items() if key not in lost}, kept)
