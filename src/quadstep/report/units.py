@@ -296,6 +296,11 @@ def percent(value: float, low: float = math.nan, high: float = math.nan) -> str:
     )
 
 
+def interval_of_share(value: float, low: float, high: float) -> str:
+    """The interval of a share with the digits of `percent`, for below a card that has the share alone."""
+    return f"95 % interval: {percent(value, low, high).partition(' ')[2]}"
+
+
 def counted(number: int, noun: str) -> str:
     """So many of what a noun with a regular plural names.
 

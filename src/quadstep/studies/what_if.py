@@ -226,12 +226,13 @@ def answer(
     identity = hashlib.sha256(json.dumps([asked, dict(saved), mission.model_dump(mode="json")]).encode()).hexdigest()[:16]
     with publishing(out, identity, overwrite) as draft, drawing_pool(1) as pool:
         steps = fly_all([one.plan(warn=False) for one in missions])
-        drawn = pool.submit(picture(*steps).draw, draft, (sheet or Sheet()).shown())  # while all else is computed
+        step = picture(*steps)
+        drawn = pool.submit(step.draw, draft, (sheet or Sheet()).shown())  # while all else is computed
         gusts = tuning_request(here / asked.file, "", in_gusts(content, asked, before), here, apart=False)
         ground = CandidateFlyer(gusts, asked.seed)
         flown = flights_before_and_after(ground, before, after, asked.flights, Count(progress, 2 * asked.flights).add)
-        sides = tuple(Side(step, whole_grade(one), gusts) for step, one, gusts in zip(steps, missions, flown, strict=True))
-        found = evidence(asked, law, mission, before, (sides[0], sides[1]))
+        sides = tuple(Side(log, whole_grade(one), gusts) for log, one, gusts in zip(steps, missions, flown, strict=True))
+        found = evidence(asked, law, mission, before, (sides[0], sides[1]), step)
         drawn.result()
         found.write(draft)
         if paged:

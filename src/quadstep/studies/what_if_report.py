@@ -102,8 +102,9 @@ def unsettled(side: Side) -> str:
 
 
 def evidence(
-    question: Question, law: type[Controller], mission: Mission, before: Mapping[str, float], sides: tuple[Side, Side]
-) -> Evidence:
+    question: Question, law: type[Controller], mission: Mission, before: Mapping[str, float], sides: tuple[Side, Side],
+    drawn: FigureJob,
+) -> Evidence:  # fmt: skip
     failed = shares_of(*(~one.flown.completed for one in sides))
     measured = rows(("position_rmse", "largest_error", *EFFORTS), sides[0].flown, sides[1].flown)
     steps = [response(one) for one in sides]
@@ -159,7 +160,7 @@ def evidence(
         opening=answer,
         record=record,
         facts=facts(failed, sides),
-        figures=[Figure(PICTURE, caption(picture(*(one.step for one in sides))), label="Step")],
+        figures=[Figure(PICTURE, caption(drawn), label="Step")],
         sections=tables,
         warnings=[*hidden_effects(question), *mission.controller.warnings(mission.modelled)],
         grade={"grade": sides[1].grade.word, "why": sides[1].grade.why},
@@ -171,9 +172,7 @@ def facts(failed: Sequence[Estimate], sides: tuple[Side, Side]) -> list[markup.F
     """What share fails, and the margins that change."""
     shares = {"before and after": failed[0]} if failed[0] == failed[1] else dict(zip(SIDES, failed, strict=False))
     found = [
-        markup.Fact(
-            f"fail in gusts, {name}", units.percent(one.value), f"95 % interval: {units.percent(*one).partition(' ')[2]}"
-        )
+        markup.Fact(f"fail in gusts, {name}", units.percent(one.value), units.interval_of_share(*one))
         for name, one in shares.items()
     ]
     for old, new in zip(*(side.grade.measures for side in sides), strict=False):

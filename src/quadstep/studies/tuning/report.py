@@ -259,7 +259,7 @@ def facts(compared: Compared) -> list[markup.Fact]:
     alone, (present, tuned), (words, *_) = compared.flights == 1, compared.success, compared.rows[0].texts
     both = {"success rate, current gains": present, "success rate, tuned gains": tuned}
     found = [
-        markup.Fact(name, units.percent(one.value), f"95 % interval: {units.percent(*one).partition(' ')[2]}" * (not alone))
+        markup.Fact(name, units.percent(one.value), units.interval_of_share(*one) * (not alone))
         for name, one in (both if present != tuned else {"success rate, current and tuned": tuned}).items()
     ]
     if compared.change and compared.verdict != UNCHANGED:
