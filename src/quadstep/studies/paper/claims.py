@@ -233,18 +233,18 @@ def counts(claims: Sequence[Claim]) -> str:
 def answer(claims: Sequence[Claim]) -> str:
     """The result for the paper's claims."""
     return (
-        f"Of {len(claims)} claims that Das, Lewis and Subbarao (2009) make about their simulations, {counts(claims)}, "
-        "when flown with gains and other values of our choice where the paper gives none. "
+        f"Of {len(claims)} claims that Das, Lewis and Subbarao (2009) make about their simulations, {counts(claims)}. "
+        "Gains and other values that the paper does not give are our choice. "
         "Reference [11], with which they compare their controller, is Castillo, Lozano and Dzul (2005)."
     )
 
 
 RULE = (
-    "A sentence about a flight that the paper describes is judged on that flight, flown with the gains that we chose. Where "
-    "the paper leaves the flight open (the start of Case 3, the gains of [11], the flight on which neurons were tried), it "
-    "is flown in several ways: the sentence holds if it is true in all of them that differ, fails if it is false in all, "
-    "and is undecided otherwise; a controller that is lost where the other completes counts as the worse one. A sentence "
-    "about a whole range fails with one flight against it. A sentence that its flight cannot test is undecided."
+    "A claim about a flight that the paper describes is judged on that flight. Where the paper leaves the flight open (the "
+    "start of Case 3, the gains of [11], the flight on which neurons were tried), several are flown: the claim holds if it is "
+    "true in all that differ, fails if it is false in all of these, and is undecided otherwise. A controller that is lost "
+    "where the other completes counts as the worse one. A claim about a whole range fails with one flight against it. A claim "
+    "that its flight cannot test is undecided."
 )
 """How verdicts are reached."""
 

@@ -35,14 +35,14 @@ TO_SEE: dict[int, str | tuple[str, ...]] = {
     4: ("near-perfect tracking",),
     5: ("angles match their commands",),
     6: ("inputs realisable",),
-    7: ("decoupling in x",),
-    8: "Pitch tilts the thrust along x; roll stays at zero.",
-    9: "The pitch torque moves the vehicle along x; the roll torque stays at zero.",
+    7: "The largest error in x is {error}.",
+    8: "Pitch reaches {pitch:.2g}°, and its largest error is {miss:.2g} mrad.",
+    9: "The thrust rises by at most {rise}, and the pitch torque reaches {torque}.",
     10: ("better z tracking than [11]", "smaller x and y error than [11]"),
     11: ("faster attitude settling than [11]",),
     12: ("smoother thrust than [11]", "larger early transients"),
 }
-"""What a figure shows: in words, or the names of claims, of which the first sentence of what was measured is said."""
+"""What a figure shows: in words with `extremes` of Case 2, or the names of claims, whose first measured sentence is said."""
 
 PRINTED = {
     3: "minimum-jerk trajectories to 10, 20, 30 and 40 m; so are these",
@@ -130,11 +130,23 @@ def comparison_positions(new: FlightLog, old: FlightLog) -> list[Panel]:
     return tracks + misses
 
 
+def extremes(case_2: FlightLog) -> dict[str, object]:
+    """The largest values that Figs 7 to 9 show."""
+    pitch, wanted, thrust, torque = (case_2.column(name) for name in ("theta", "theta_d", "u", "tau_theta"))
+    return {
+        "error": units.quantity(float(np.abs(position_errors(case_2)[:, 0]).max()), "m"),
+        "pitch": np.degrees(np.abs(pitch).max()),
+        "miss": 1e3 * np.abs(wanted - pitch).max(),
+        "rise": units.quantity(float(thrust.max()) - 9.81, "N", 2),
+        "torque": units.quantity(float(np.abs(torque).max()), "N m"),
+    }
+
+
 def to_see(number: int, claims: list[Claim], case_2: FlightLog) -> str:
     """What a figure shows, in sentences."""
     shown = TO_SEE[number]
     said = (
-        [shown]
+        [shown.format(**extremes(case_2))]
         if isinstance(shown, str)
         else [f"{re.split(r'; |[.] |[.]$', one.measured)[0]}." for name in shown for one in claims if one.name == name]
     )
