@@ -1,6 +1,7 @@
 """What a browser shows of a class: to a student the board, the field and the own attempts; to the teacher everybody's."""
 
 import json
+import re
 import time
 from collections.abc import Collection
 from html import escape
@@ -62,8 +63,7 @@ def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # 
         student_news(room, member),
         '<div class="class"><section>', heading("Submit", "submit"),
         f'<form method="post" action="/submit" data-law="{room.mission.controller.type}">'
-        f'<label for="text">Lines that begin with # show the defaults and change '
-        f'nothing: write one without # to change a number{more}. '
+        f'<label for="text">To change a number, remove the # before it{more}. '
         f'What you leave out is as in <a href="/mission.toml">the class\'s mission</a>. You may change only '
         f'{only(room.ground)}.</label><textarea id="text" name="{FIELD}" rows="16" spellcheck="false">\n'
         f"{escape(field_text(room, member, asked))}</textarea>"
@@ -102,10 +102,7 @@ def student_news(room: Room, member: Member) -> str:
     task = f'<p class="answer">{escape(member.name)}: fly “{escape(room.mission.name)}” with the smallest '
     task += f"{words}{RANKED[room.section.loop].replace(' with', ' and')}.{goal}</p>"
     task += paragraph(setting(room), escape)
-    number = member.latest.number if member.latest else 0
-    mine = f"<b>Solid: your attempt {number}.</b> Dashed: the class's own gains." if number else "Line: the class's own gains."
-    whose = f"{mine} Pale band: the path asked for."
-    path = f'<figure><img src="/path.svg?{number}" alt=""><figcaption>{whose}</figcaption></figure>' if room.own.grade else ""
+    path = flown_path(room, member.latest.number if member.latest else 0)
     waiting = f' data-waits="yes">{escape(member.message)}' if member.waits else f">{escape(member.message)}"
     first = "" if not ranked or ranked[0] is member else f" The best of the class: {shown(room, ranked[0])}."
     rank = f"Your best: {shown(room, member)}, rank {place(ranked, member)} of {len(ranked)}." if member in ranked else ""
@@ -115,13 +112,21 @@ def student_news(room: Room, member: Member) -> str:
     return f'<div id="said">{path}<div>{task}<p role="status"{waiting}</p>{best}</div></div>'
 
 
+def flown_path(room: Room, number: int = 0) -> str:
+    """The picture of a student's attempt with this number, over the class's own flight; without one, of that alone."""
+    mine = f"<b>Solid: your attempt {number}.</b> Dashed: the class's own gains." if number else "Line: the class's own gains."
+    said = f"<figcaption>{mine} Pale band: the path asked for.</figcaption>"
+    return f'<figure><img src="/path.svg?{number}" alt="">{said}</figure>' if room.own.grade else ""
+
+
 def setting(room: Room) -> str:
     """What is flown, where, for how long and in which wind."""
     usual, ticks = room.ground.usual, room.mission.plan().ticks
     vehicle, path = (section(usual, key) for key in ("vehicle", "path"))
     size = (f"{key} {units.quantity(one, unit)}" for key, unit in SIZES.items() if isinstance(one := path.get(key), float))
     flown = [f"{vehicle.get('preset') or vehicle.get('file') or 'the paper’s vehicle'}", f"a {path.get('type')} path", *size]
-    return f"{', '.join(flown)}; {units.number(ticks.last * ticks.step, 3)} s; wind: {in_words(section(usual, 'wind'))}."
+    span, wind = units.number(ticks.last * ticks.step, 3), in_words(section(usual, "wind"))
+    return f"{', '.join(flown)}; flown for {span} s; wind: {wind}."
 
 
 SIZES = {"radius": "m", "length": "m", "width": "m", "period": "s"}
@@ -184,7 +189,7 @@ def grade(attempt: Attempt) -> str:
 
 def loop(flown: Attempt | SubmissionResult) -> str:
     """The grade of its loop at rest and, where it is fragile, why, as markup; empty where it is not known."""
-    word, why = flown.rest.get("grade", ""), flown.rest.get("why", "").partition(";")[0]
+    word, why = flown.rest.get("grade", ""), re.sub(r" in [^()]*\([^)]*\)", "", flown.rest.get("why", "").partition(";")[0])
     return ": ".join(filter(None, (grade_mark(word), "" if word in (SOUND, UNSTABLE) else escape(why))))
 
 
@@ -228,9 +233,8 @@ def teacher_page(room: Room) -> str:
     ]
     body = [
         '<p id="offline" role="alert" hidden>The class does not answer. The board may be old.</p>',
-        teacher_news(room), heading("Board", "ranking"), board(room),
-        f'<ul class="screen">{links}</ul>',
-        heading("Students", "students"), paragraph("Code in a submission is never run."), *students,
+        teacher_news(room), '<div class="class"><section>', heading("Board", "ranking"), board(room),
+        f'<ul class="screen">{links}</ul></section><section>', heading("Students", "students"), *students, "</section></div>",
     ]  # fmt: skip
     return page_text(f"Teacher's page: {room.mission.name}", [*body, SCRIPT], "Class", STYLE)
 
@@ -240,7 +244,8 @@ def teacher_news(room: Room) -> str:
     flown, waiting = sum(bool(one.latest) for one in members), sum(one.waits for one in members)
     text = f"{flown} of {units.counted(len(members), 'student')} {'has' if flown == 1 else 'have'} flown; "
     text += f"{units.counted(waiting, 'submission')} waiting."
-    return f'<div id="said" role="status"><p class="answer" data-waits="yes">{text}</p></div>'
+    said = f'<p class="answer" role="status" data-waits="yes">{text}</p>{paragraph(setting(room), escape)}'
+    return f'<div id="said">{flown_path(room)}<div>{said}</div></div>'
 
 
 def live(room: Room, member: Member | None, unfolded: Collection[str] = ()) -> str:
