@@ -106,7 +106,7 @@ def test_the_list_names_every_result_and_escapes_it(port):
     assert status == 200
     assert "A &lt;b&gt;bold&lt;/b&gt; name &amp; more" in text
     assert "<b>bold" not in text
-    assert "flew 1 s" in text
+    assert "flew 1\u00a0s" in text
     assert 'href="/files/report/report.html"' in text
     assert "/.hidden" not in text
     assert "secret" not in text
@@ -611,7 +611,7 @@ def test_of_two_flights_of_one_path_the_errors_are_drawn_over_time_and_their_loo
     assert "“near_d” is the closer one 100 % of the time." in text
     cards = answer(tmp_path, "/").text
     assert '<b class="fair"><span aria-hidden="true">!</span> fragile</b>' in cards
-    assert "flew 1 s under geometric; " in cards and "flew 1 s under lqr; " in cards
+    assert "flew 1\u00a0s under geometric; " in cards and "flew 1\u00a0s under lqr; " in cards
 
 
 @pytest.mark.parametrize(("since", "said"), [(0.0, "30 % of the time."), (0.5, "60 % of the time from 0.5 s on.")])
@@ -659,14 +659,14 @@ def test_a_lost_flight_has_no_error_to_rank_it_by_and_a_late_score_is_said(tmp_p
     assert [one.rmse for one in results(tmp_path)] == [None, 1e-3]
     text = answer(tmp_path, "/").text
     assert text.count('data-rmse=""') == 1
-    assert "flew 5 s; errors count from 4 s on" in text
+    assert "flew 5\u00a0s; errors count from 4\u00a0s on" in text
 
 
 @pytest.mark.parametrize(("content", "says"), [
-    ({"grade": "as asked", "outcome": "completed", "ended[s]": 5.0}, ["✓</span> as asked", "flew 5 s"]),
+    ({"grade": "as asked", "outcome": "completed", "ended[s]": 5.0}, ["✓</span> as asked", "flew 5\u00a0s"]),
     ({"grade": "flew, but", "grade_reasons": ["it tilted to 139°"], "outcome": "completed", "ended[s]": 5.0},
-        ["!</span> flew, but not as asked", "flew 5 s, but it tilted to 139°"]),
-    ({"grade": "as asked", "outcome": "crashed", "ended[s]": 5.0}, ["✕</span> lost", "lost at 5 s: it hit the ground"]),
+        ["!</span> flew, but not as asked", "flew 5\u00a0s, but it tilted to 139°"]),
+    ({"grade": "as asked", "outcome": "crashed", "ended[s]": 5.0}, ["✕</span> lost", "lost at 5\u00a0s: it hit the ground"]),
 ])  # fmt: skip
 def test_a_card_marks_the_grade_of_its_flight(tmp_path, content, says):
     spoilt(tmp_path / "one", name="one", **content)
@@ -678,9 +678,12 @@ def test_a_card_says_what_its_report_answers(tmp_path):
     (tmp_path / "report.html").write_text(text)
     (found,) = results(tmp_path)
     assert found.says == "95 % of 200 flights are <fine>."
-    assert '<p class="says">95 % of 200 flights are &lt;fine&gt;.</p>' in answer(tmp_path, "/").text
+    assert '<p class="says">95\u00a0% of 200 flights are &lt;fine&gt;.</p>' in answer(tmp_path, "/").text
     (tmp_path / "report.html").write_text("<p>Nothing of the kind.</p>")
     assert results(tmp_path)[0].says == ""
+    report = page_text("A", [summary("The error left the ball b_r <once>.")], "Certificate")
+    (tmp_path / "report.html").write_text(report, encoding="utf-8")
+    assert '<p class="says">The error left the ball b<sub>r</sub> &lt;once&gt;.</p>' in answer(tmp_path, "/").text
 
 
 def test_a_study_s_card_begins_with_its_title_and_sets_its_numbers_as_symbols(tmp_path):
@@ -888,6 +891,10 @@ def test_pages_that_lie_loose_in_a_folder_are_results_of_their_own(tmp_path):
     for name in ("page", "gusts", "explain"):
         (tmp_path / f"{name}.html").write_text(f"<title>The {name}</title>")
     assert sorted(one.name for one in results(tmp_path)) == ["The explain", "The gusts", "The page"]
+    (tmp_path / "article.html").write_text("<title>The article</title>")
+    assert sorted((one.name, one.kind, len(one.files)) for one in results(tmp_path)) == [
+        ("The article", "Article", 1), ("The explain", "Page", 1), ("The gusts", "Page", 1), ("The page", "Page", 1),
+    ]  # fmt: skip
 
 
 LOG = "t[s],x[m],y[m],z[m],x_d[m],y_d[m],z_d[m]\n"
@@ -918,7 +925,7 @@ def test_a_flight_is_listed_with_a_picture_of_its_path_and_of_where_it_was_lost(
     assert (two.kind, two.text.count("<path")) == ("image/svg+xml", 5) and "stroke-dasharray" in two.text
     assert answer(tmp_path, "/thumbs?a=one&b=none").status == 404
     listed = answer(tmp_path, "/").text
-    assert 'src="/thumb/one/"' in listed and "the line is the path flown, the pale band the desired path" in listed
+    assert 'src="/thumb/one/"' in listed and "the path flown over a pale band, the desired path" in listed
 
 
 @pytest.mark.parametrize(

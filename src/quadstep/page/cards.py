@@ -22,10 +22,8 @@ DROP = (
 """Where this machine's list takes a log."""
 
 
-LEGEND = (
-    "Pictures of flights: the line is the path flown, the pale band the desired path; a cross marks where a flight was lost."
-)
-PANELS = "Pictures of studies: the first panel of a figure; its vertical quantity stands above it, its horizontal one below."
+LEGEND = "Pictures of flights: the path flown over a pale band, the desired path; a cross where a flight was lost."
+PANELS = "Pictures of studies: the first panel of a figure, its axes named above and below it."
 
 
 def part(name: str, package: str = "quadstep.page") -> str:
@@ -136,7 +134,7 @@ def card(result: ResultFolder) -> str:
     return (
         f'<li {attributes}>{shown}<div class="card">'
         f'<p class="head"><span class="kind">{escape(result.kind)} {marks}</span> {number}</p>'
-        f'<h2><a href="{href}">{escape(result.name)}</a></h2><p class="says">{escape(result.says)}</p>{told}'
+        f'<h2><a href="{href}">{escape(result.name)}</a></h2><p class="says">{units.rich(result.says)}</p>{told}'
         f'<p class="place">{escape("" if place == "." else place)}</p><p>{written}</p><div class="files">{links}</div>'
         f"{box}</div></li>\n"
     )

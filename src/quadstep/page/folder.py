@@ -67,10 +67,11 @@ class ResultFolder(NamedTuple):
     loop: str = ""
 
 
+ARTICLE = "article.html"
 KINDS = {
     "campaign.json": "Campaign", "claims.json": "Reproduction", "certificate.json": "Certificate",
     "envelope.parquet": "Envelope", "tuned.toml": "Tuning", "pairs.csv": "Comparison", "flight.csv": "Flight",
-    "prediction_errors.csv": "Replay", "article.html": "Article",
+    "prediction_errors.csv": "Replay", ARTICLE: "Article",
 }  # fmt: skip
 """What a result without a report is of, by a file that it has."""
 
@@ -121,11 +122,13 @@ def results_in(root: Path, folder: Path) -> list[ResultFolder]:
     page = REPORT if REPORT in found else next(iter([*known, *pages]), "")
     begins = report_opening(folder / page) if page.endswith(".html") else ReportOpening()
     others = {name: report_opening(folder / name) for name in pages[:MOST_PAGES]}
-    loose = len(pages) + len(known) > 1 and not {MANIFEST, REPORT, *KINDS} & found.keys()
+    loose = len(pages) + len(known) > 1 and not ({MANIFEST, REPORT, *KINDS} - {ARTICLE}) & found.keys()
     own = {name: one for name, one in others.items() if loose or (one.kind and not (known and one.kind == begins.kind))}
     place = folder.relative_to(root)
     alone = [
-        ResultFolder(place, one.title or name, one.answer, found[name], (name,), one.kind or "Page", facts=one.facts)
+        ResultFolder(
+            place, one.title or name, one.answer, found[name], (name,), one.kind or KINDS.get(name, "Page"), facts=one.facts
+        )
         for name, one in own.items()
     ]
     shown = [*known, *(name for name in others if name not in own)]
@@ -134,7 +137,8 @@ def results_in(root: Path, folder: Path) -> list[ResultFolder]:
     content = manifest(folder)
     name = content.get("name")
     title = name if isinstance(name, str) else begins.title or folder.name
-    kind = begins.kind or next((kind for name, kind in KINDS.items() if name in found), "Report")
+    other = "Page" if loose else "Report"
+    kind = begins.kind or next((KINDS[name] for name in KINDS if name in found.keys() - own), other)
     title = folder.name if title == kind else title  # which tells it from no other
     title = f"{folder.parent.name}, {title}" if title.isdigit() else title  # an attempt of a class
     rmse = content.get("position_rmse[m]") if grade(content) != FlightGrade.LOST else None  # its own would be the smallest
