@@ -40,12 +40,14 @@ def programs(tmp_path, monkeypatch, studies_here):
 
 
 def compared(tmp_path):
-    """The instructions of two missions with the same controller, and what was printed."""
+    """The instructions of two missions with the same controller, and the report as Markdown."""
     files = [write(tmp_path, MISSION, name) for name in ("one.toml", "two.toml")]
     run = quadstep("compare", *files, "--seeds", 2, "--out", tmp_path / "out")
     assert (run.code, run.err) == (0, "")
     (cost,) = (tmp_path / "out" / "costs").iterdir()
-    return json.loads(cost.read_text(encoding="utf-8"))["instructions"], run.out
+    return json.loads(cost.read_text(encoding="utf-8"))["instructions"], (tmp_path / "out" / "results.md").read_text(
+        encoding="utf-8"
+    )
 
 
 @pytest.mark.parametrize("tool", TOOLS)

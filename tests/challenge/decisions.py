@@ -5,7 +5,7 @@ import re
 import statistics
 from collections import Counter
 from collections.abc import Iterator
-from itertools import combinations, count, islice
+from itertools import count, islice
 from types import SimpleNamespace
 from typing import cast
 
@@ -17,7 +17,7 @@ from quadstep.studies.campaign.report import explained
 from quadstep.studies.campaign.run import looks
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import ExplainedResult, certain, parts_of
-from quadstep.studies.comparison.answer import leaders, of_situation, overall
+from quadstep.studies.comparison.answer import answer, decisions, leaders
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, ranks, result
 from quadstep.studies.comparison.ranking import CellFlights, Pair
@@ -84,11 +84,11 @@ def lopsided(seed: int) -> Iterator[Attempt]:
         yield Attempt(2.0 if wrong else 0.0, f"number {place} of seed {seed}: {wrong}")
 
 
-def contradicted(found: Comparison, cells: dict[Situation, dict[str, CellFlights]]) -> str:
+def contradicted(found: Comparison, cells: dict[Situation, dict[str, CellFlights]]) -> str:  # noqa: PLR0912
     """What a comparison says against its flights and pairs: the first such sentence; empty where there is none."""
     best, lead = Counter[str](), Counter[str]()
+    rows = decisions(found)
     for where, own in cells.items():
-        said = of_situation(found, where)
         medians = {name: middle(one.ranked(METRIC)) for name, one in own.items()}
         pairs = {frozenset(one[:2]): one for one in found.ranked[where].pairs}
 
@@ -99,36 +99,50 @@ def contradicted(found: Comparison, cells: dict[Situation, dict[str, CellFlights
             alike = pair.lost == 0.0 and abs(pair.difference.value) < 1e-3 * min(medians[one], medians[other])
             return pair.winner == one and pair.keeper != other and not alike and medians[one] <= medians[other]
 
-        named = re.findall(r"c\d", said.partition(" is best" if " is best" in said else " are tied")[0])
-        if "loses at least half" in said:
+        named = leaders(found, where)
+        if not named:
             good = all(math.isinf(one) for one in medians.values())
         elif found.ranked[where].copies:
             good = all(medians[one] <= 1.001 * min(medians.values()) for one in named)
         else:
             good = all(any(beats(one, name) for one in own if one != name) for name in own if name not in named)
             good &= not any(beats(one, name) for name in named for one in own if one != name)
-            good &= (" is best" in said) == (len(named) == 1)
-            good &= len(named) != 1 or all(beats(named[0], other) for other in own if other != named[0])
-            apart = [pairs[frozenset(one)] for one in combinations(named, 2)]
-            good &= ("do not tell" in said) == any(one.winner is None and one.keeper is None for one in apart)
-            for name, other in re.findall(r"(c\d) loses fewer flights than (c\d)", said):
-                good &= pairs[frozenset((name, other))].keeper == name
-            for name in re.findall(r"(c\d) is better flight by flight", said):
-                good &= any(one.winner == name for one in apart)
-            if more := re.search(r"next (c\d) with .*? more, flight by flight", said):
-                both = ~own[named[0]].lost & ~own[more[1]].lost
-                good &= float(np.median((own[more[1]].metrics[METRIC] - own[named[0]].metrics[METRIC])[both])) > 0.0
+        for at, both, gap, said in rows:
+            if at != where.scenario:
+                continue
+            one, other = both.split(", ")
+            pair = pairs[frozenset((one, other))]
+            good &= one == named[0] and (other in named or " is better" in said)
+            good &= (f"{one} is better" == said) == (beats(one, other) or (found.ranked[where].copies and len(named) == 1))
+            good &= ("do not tell" in said or "does not tell" in said) <= (pair.winner is None and pair.keeper is None)
+            if match := re.fullmatch(r"(c\d) loses fewer flights", said):
+                good &= pair.keeper == match[1]
+            if match := re.fullmatch(r"(c\d) is better flight by flight, but .*", said):
+                good &= pair.winner == match[1]
+            apart = (own[other].metrics[METRIC] - own[one].metrics[METRIC])[~own[one].lost & ~own[other].lost]
+            shown = float(gap.split()[0].replace("−", "-").replace(",", "")) if gap != "-" else math.nan
+            good &= (gap == "-") == (not len(apart)) and not shown * float(np.median(apart) if len(apart) else 0.0) < 0.0
         if not good:
-            return said
+            return f"{where.scenario}: {named} {rows}"
         lead.update(named)
         best.update(named * (len(named) == 1))
-    every = overall(found) if len(cells) > 1 else ""
-    first = re.findall(r"c\d", every)
-    most = max(lead.values(), default=0)
-    good = not every or {name for name in lead if lead[name] == most} == set(first)
-    good &= "in all" not in every or (every.startswith("No ") == (most < len(cells)))
-    good &= " is best in all" not in every or best[first[0]] == len(cells)
-    return "" if good else f"{every} {dict(lead)}"
+    if len(cells) == 1:
+        return ""
+    every, most = answer(found), max(lead.values(), default=0)
+    for where in cells:
+        named = leaders(found, where)
+        if " in both situations" in every or " in all " in every or " in each " in every:
+            good = {name for name in lead if lead[name] == most} == set(re.findall(r"c\d", every))
+            good &= "is best" not in every or best[named[0]] == len(cells)
+        else:
+            clauses = re.findall(
+                r"(c\d[^;]*?|every controller) (?:is best|are tied|loses .*?|in) ?(?:in )?((?:s\d(?:, | and )?)+)", every
+            )
+            (who,) = (who for who, places in clauses if where.scenario in places)
+            good = set(re.findall(r"c\d", who)) == set(named)
+        if not good:
+            return every
+    return ""
 
 
 def idle_keys(random: np.random.Generator) -> Iterator[bool]:

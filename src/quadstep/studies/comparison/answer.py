@@ -13,7 +13,7 @@ from quadstep.metrics.verdict import FlightGrade
 from quadstep.report.units import DIGITS, interval, listed, metric, number, percent, suited, unit_suffix
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.ranking import POWER, Pair, flights_to_decide
+from quadstep.studies.comparison.ranking import Pair, flights_to_decide
 from quadstep.studies.tuning.objective import NEGLIGIBLE
 
 MOST_NAMED = 4
@@ -46,13 +46,12 @@ def unit_of(results: Comparison, name: str) -> Unit:
 
 
 def answer(results: Comparison) -> str:
-    """Who is best where, or tied; of many situations, in how many."""
+    """Who is best where, in a sentence."""
     graded = [one.grade for one in results.results]  # none of an autopilot
     short = all(one and one.grade is not FlightGrade.AS_ASKED for one in graded)
-    lines = [f"No {results.kind} flies as asked{' in any situation' * (len(results.ranked) > 1)}:"] * short
-    lines += [overall(results)] * (len(results.ranked) > 1)
-    lines += [of_situation(results, one) for one in results.ranked] if len(results.ranked) <= MOST_NAMED else []
-    return " ".join(lines)
+    begins = f"No {results.kind} flies as asked{' in any situation' * (len(results.ranked) > 1)}: " * short
+    text = overall(results) if len(results.ranked) > 1 else alone(results)
+    return begins + (text[:1].upper() + text[1:] if text.startswith(("every", "by ")) and not begins else text)
 
 
 def better(results: Comparison, situation: Situation, pair: Pair) -> str | None:
@@ -84,55 +83,65 @@ def first(results: Comparison) -> tuple[list[str], int]:
 
 
 def overall(results: Comparison) -> str:
-    """Who leads in how many of several situations, in a sentence."""
+    """Who leads where, in a sentence; of many situations, in how many."""
     who, most = first(results)
     each, many = [leaders(results, one) for one in results.ranked], len(results.ranked)
     if not who:
-        return f"Every {results.kind} loses at least half of its flights in each situation."
-    alone = each.count(who) if len(who) == 1 else 0
-    how = "best" if alone == most else "best or tied for best" if alone else "tied for best"
-    every = "both" if many == 2 else f"all {many}"
+        return f"every {results.kind} loses at least half of its flights in each situation."
+    by, every = f"by {metric(results.metrics[results.metric])[0]}, ", "both" if many == 2 else f"all {many}"
+    if most == many and all(one == each[0] for one in each):
+        return f"{by}{several(who)} {'is best' if len(who) == 1 else 'are tied for best'} in {every} situations."
+    if many <= MOST_NAMED:
+        return f"{by}{where_each(results)}."
     if most == many:
-        return f"{several(who)} {'is' if len(who) == 1 else 'are'} {how} in {every} situations."
+        return f"{by}{several(who)} {'is' if len(who) == 1 else 'are'} best or tied for best in {every} situations."
     nearest = f"{several(who)} {'leads' if len(who) == 1 else 'each lead'} in {most}, more than any other"
-    return f"No {results.kind} leads, alone or tied, in {every} situations: {nearest}."
+    return f"{by}no {results.kind} leads, alone or tied, in {every} situations: {nearest}."
 
 
-def of_situation(results: Comparison, situation: Situation) -> str:
-    """Who is best in a situation, by how much, or who is tied and what would tell them apart; who loses flights."""
-    cells = {one.controller: one for one in results.of(situation)}
-    ranked, names = results.ranked[situation], leaders(results, situation)
-    place = results.place(situation, whole=True) if len(results.ranked) > 1 else ""
-    tuned = " (tuned in)" * (situation in results.tuned_in)
-    quote = "'" * (" " in place)
-    where = f"In {quote}{place}{quote}{tuned}, " if place else ""
+def where_each(results: Comparison) -> str:
+    """Who leads in which situations, each named once."""
+    places: dict[tuple[str, ...], list[str]] = {}
+    for one in results.ranked:
+        places.setdefault(tuple(leaders(results, one)), []).append(quoted(results, one))
+    best = [f"{several([*who])} is best in {listed(where)}" for who, where in places.items() if len(who) == 1]
+    best[1:] = [one.replace(" is best in ", " in ", 1) for one in best[1:]]
+    tied = [f"{several([*who])} are tied in {listed(where)}" for who, where in places.items() if len(who) > 1]
+    lost = [
+        f"every {results.kind} loses at least half of its flights in {listed(where)}"
+        for who, where in places.items()
+        if not who
+    ]
+    return "; ".join([", ".join(best), *tied, *lost] if best else [*tied, *lost])
+
+
+def alone(results: Comparison) -> str:
+    """Who leads the only situation, with the medians that say so."""
+    (situation,) = results.ranked
+    cells, names = {one.controller: one for one in results.of(situation)}, leaders(results, situation)
     if not names:
-        return f"{where}{'every' if where else 'Every'} {results.kind} loses at least half of its flights."
-    rest = sorted((name for name in cells if name not in names), key=lambda name: median(results, cells[name]))
-    named = [*names, *rest[:1]]
-    what = f"{'' if ranked.copies else 'median '}{metric(results.metrics[results.metric])[0]}"
-    texts = dict(zip(named, medians(results, [cells[name] for name in named]), strict=True))
-    notes = {name: remarks(cells[name]) for name in names}
-    if len(names) == 1 and len(cells) > 1:
-        by = f", next {rest[0]} with {texts[rest[0]]}{more(results, situation, names[0], rest[0])}"
-        next_best = by * math.isfinite(median(results, cells[rest[0]]))
-        text = f"{names[0]} is best ({what} {texts[names[0]]}{notes[names[0]]}){next_best}"
-    elif len(names) == 1:
-        text = f"{names[0]} has a {what} of {texts[names[0]]}{notes[names[0]]}"
-    elif len(names) > SEVERAL:
-        text = f"{len(names)} of {len(cells)} {results.kind}s are tied for best, {names[0]} with the smallest {what}, "
-        text += f"{texts[names[0]]}{notes[names[0]]}"
-    else:
-        each = [
-            f"{several([name])} ({f'{what} ' * (not place_)}{texts[name]}{notes[name]})" for place_, name in enumerate(names)
-        ]
-        text = f"{listed(each)} are tied for best{apart(results, situation, names)}"
-    lost = {name: cells[name].lost.value for name in rest if cells[name].lost.value}
-    if len(lost) > 2:
-        text += f"; {len(lost)} others lose flights"
-    elif lost:
-        text += f"; {listed([f'{several([name])} loses {percent(share)}' for name, share in lost.items()])} of its flights"
-    return f"{where}{text}."
+        return f"every {results.kind} loses at least half of its flights."
+    what = f"{'' if results.ranked[situation].copies else 'median '}{metric(results.metrics[results.metric])[0]}"
+    if len(names) > 1:
+        why = f": {decision(results, situation, *names)}" if len(names) == 2 else ""
+        return f"{several(names)} are tied for best by {metric(results.metrics[results.metric])[0]}{why}."
+    if not (second := nearest(results, situation)):
+        return f"{names[0]} has a {what} of {medians(results, [cells[names[0]]])[0]}."
+    own, other = medians(results, [cells[names[0]], cells[second]])
+    return f"{names[0]} is best ({what} {own}), next {second}{f' ({other})' * (other != 'lost')}."
+
+
+def quoted(results: Comparison, situation: Situation) -> str:
+    """A situation as a sentence names it."""
+    place = results.place(situation, whole=True)
+    quote = "'" * (" " in place)
+    return f"{quote}{place}{quote}{' (tuned in)' * (situation in results.tuned_in)}"
+
+
+def nearest(results: Comparison, situation: Situation) -> str | None:
+    """Who of those that somebody is better than has the smallest median."""
+    rest = [one for one in results.of(situation) if one.controller not in leaders(results, situation)]
+    return min(rest, key=lambda one: median(results, one)).controller if rest else None
 
 
 def medians(results: Comparison, cells: list[SituationResult]) -> list[str]:
@@ -142,72 +151,69 @@ def medians(results: Comparison, cells: list[SituationResult]) -> list[str]:
     return next((texts for texts in tried if len(set(texts)) == len(set(values))), tried[0])
 
 
-def remarks(one: SituationResult) -> str:
-    """What speaks against a leader: lost flights, and why its median flight is not as asked."""
-    loses = f", though it loses {percent(one.lost.value)} of its flights" if one.lost.value else ""
-    return loses + (f", but not as asked: {listed(one.grade.labels)}" if one.grade and one.grade.labels else "")
+def decisions(results: Comparison) -> list[list[str]]:
+    """What decides each situation: who has the smallest median of those that lead, beside each who is tied with it, or the
+    next; how much larger the other's error is, flight by flight, with its interval; and what that shows.
+    """
+    rows = []
+    for situation in results.ranked:
+        lead, place = leaders(results, situation), results.place(situation, whole=True) * (len(results.ranked) > 1)
+        others = lead[1:] or [one for one in [nearest(results, situation)] if one]
+        for other in others if lead else []:
+            why = decision(results, situation, lead[0], other)
+            rows.append([place, f"{lead[0]}, {other}", difference(results, situation, lead[0], other), why])
+    return rows
 
 
-def more(results: Comparison, situation: Situation, best: str, other: str) -> str:
-    """How much larger the other's error is, flight by flight, with its interval; nothing where that is not shown."""
-    pair = next(one for one in results.ranked[situation].pairs if {best, other} == {*one[:2]})
-    gap, low, high = pair.difference if pair.second == best else (-one for one in pair.difference)
+def pair_of(results: Comparison, situation: Situation, one: str, other: str) -> Pair:
+    return next(pair for pair in results.ranked[situation].pairs if {one, other} == {*pair[:2]})
+
+
+def difference(results: Comparison, situation: Situation, one: str, other: str) -> str:
+    """The other's metric less this one's, flight by flight, with its interval; a dash where no flight has both."""
+    pair = pair_of(results, situation, one, other)
+    gap, low, high = pair.difference if pair.second == one else (-each for each in pair.difference)
     low, high = sorted((low, high))
-    if results.ranked[situation].copies or not low > 0.0:
-        return ""
-    larger = interval(gap, low, high, metric(results.metrics[results.metric])[1], gap)
-    return f" ({larger} more, flight by flight)".replace("\N{NO-BREAK SPACE}", " ")
+    unit = metric(results.metrics[results.metric])[1]
+    if not math.isfinite(gap):
+        return "-"
+    if not (math.isfinite(low) and math.isfinite(high)) or low == high:
+        return unit_of(results, results.metric).text(gap)
+    return interval(gap, low, high, unit).replace("\N{NO-BREAK SPACE}", " ")
 
 
-def apart(results: Comparison, situation: Situation, names: list[str]) -> str:
-    """Why none of these is better than another, and how many flights would tell two of them apart; after a colon."""
-    ranked = results.ranked[situation]
-    if ranked.copies:
-        return f": they differ by less than {100.0 * NEGLIGIBLE:g} %"
-    pairs = [pair for pair in ranked.pairs if pair.first in names and pair.second in names]
-    said = [text for pair in pairs if (text := traded(results, situation, pair))]
-    said = said if len(said) <= 2 else [f"{len(said)} pairs of them differ, but not in errors and losses alike"]
-    said += [
-        text for name in results.metrics if name != results.metric and (text := elsewhere(results, situation, names, name))
-    ]
-    open_pairs = [pair for pair in pairs if pair.winner is pair.keeper is None]
-    flights = max(one.flights for one in results.of(situation))
-    if not open_pairs:
-        return f": {'; '.join(said)}"
-    by = ""
-    if len(pairs) == 1:
-        by = interval(*pairs[0].difference, metric(results.metrics[results.metric])[1]).replace("\N{NO-BREAK SPACE}", " ")
-        by = f" ({pairs[0].first} less {pairs[0].second}: {by}, flight by flight)".replace("-", "−")
-    said.append(f"{flights:,} flights do not tell {'them' if len(pairs) == 1 else 'all of them'} apart{by}")
-    enough = {flights_to_decide(pair, results.undecided): pair for pair in reversed(open_pairs)}
-    if (least := min(enough)) > flights and results.searches < 2:
-        who = "" if len(pairs) == 1 else f" tell {enough[least].first} from {enough[least].second}"
-        count = f"about {least:,} would" if least <= MOST_FLIGHTS else f"not even {MOST_FLIGHTS:,} would"
-        said.append(f"{count}{who} with a chance of {100.0 * POWER:.0f} %, if their differences are as found")
-    return f": {'; '.join(said)}"
+def decision(results: Comparison, situation: Situation, one: str, other: str) -> str:
+    """What is shown of two in a situation, and about how many flights would show more."""
+    pair, flights = pair_of(results, situation, one, other), max(each.flights for each in results.of(situation))
+    winner, tracks, keeps = better(results, situation, pair), pair.winner, pair.keeper
+    least, tiny = flights_to_decide(pair, results.undecided), f"by less than {100.0 * NEGLIGIBLE:g} %"
+    more = f"; {f'about {least:,}' if least <= MOST_FLIGHTS else f'not even {MOST_FLIGHTS:,}'} would"
+    texts = {
+        f"{winner} is better": winner,
+        f"they differ {tiny}": results.ranked[situation].copies,
+        f"{tracks} tracks better, but {keeps} loses fewer flights": tracks and keeps and tracks != keeps,
+        f"{tracks} is better {tiny}": tracks and negligible(results, situation, pair),
+        f"{tracks} is better flight by flight, but its median is not smaller": tracks,
+        f"{keeps} loses fewer flights": keeps,
+    }
+    open_ = f"{flights:,} flight{'s do' if flights != 1 else ' does'} not tell them apart"
+    return next((text for text, holds in texts.items() if holds), open_ + more * (least > flights and results.searches < 2))
 
 
-def elsewhere(results: Comparison, situation: Situation, names: list[str], name: str) -> str:
-    """The medians of another metric where the least and the largest of those who are tied have intervals that lie apart."""
-    cells = [(one.spreads[name].median, one.controller) for one in results.of(situation) if one.controller in names]
-    cells.sort(key=lambda one: one[0].value)
-    if not cells[0][0].high < cells[-1][0].low < math.inf:
-        return ""
-    each = [f"{unit_of(results, name).text(median.value)} ({who})" for median, who in cells if math.isfinite(median.value)]
-    return f"their medians of {metric(results.metrics[name])[0]} differ, {listed(each)}"
+def warned(results: Comparison) -> list[str]:
+    """What speaks against those who lead: why their median flights are not as asked, and the flights that they lose."""
+    asked, losing = [], []
+    for situation in results.ranked:
+        where = f" in {quoted(results, situation)}" if len(results.ranked) > 1 else ""
+        for one in (each for each in results.of(situation) if each.controller in leaders(results, situation)):
+            who = several([one.controller])
+            asked += [f"{who}{where} ({', '.join(one.grade.labels)})"] if one.grade and one.grade.labels else []
+            losing += [f"{who} {percent(one.lost.value)}{where}"] if one.lost.value else []
+    return [f"{what}: {shortened(one)}." for what, one in (("Not as asked", asked), ("Lost flights", losing)) if one]
 
 
-def traded(results: Comparison, situation: Situation, pair: Pair) -> str:
-    """What one of a pair has over the other, though neither is better; nothing where nothing is shown."""
-    if pair.winner and pair.keeper and pair.winner != pair.keeper:
-        return f"{pair.winner} keeps closer to its path, but {pair.keeper} loses fewer flights"
-    if pair.winner and negligible(results, situation, pair):
-        return f"{pair.winner} is better than {pair.other(pair.winner)}, by less than {100.0 * NEGLIGIBLE:g} %"
-    if pair.winner:
-        return (
-            f"{pair.winner} is better flight by flight, but its median is not smaller than that of {pair.other(pair.winner)}"
-        )
-    return f"{pair.keeper} loses fewer flights than {pair.other(pair.keeper)}" if pair.keeper else ""
+def shortened(items: list[str]) -> str:
+    return listed(items if len(items) <= MOST_NAMED else [*items[: MOST_NAMED - 1], f"{len(items) - MOST_NAMED + 1} more"])
 
 
 def median(results: Comparison, one: SituationResult) -> float:

@@ -18,11 +18,11 @@ from quadstep.report import markup
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 from quadstep.report.publish import markdown_table
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import counted, listed
+from quadstep.report.units import counted, listed, metric
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.single_flight import replay
 from quadstep.studies.comparison import robustness, tables, words
-from quadstep.studies.comparison.answer import first, leaders, median, several
+from quadstep.studies.comparison.answer import decisions, first, leaders, median, several
 from quadstep.studies.comparison.cells import FIRST, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.jobs import Job
@@ -57,9 +57,9 @@ def write_ghosts(out: Path, results: Comparison, flights: Sequence[Job[StudyCell
 
 
 GAINS = (
-    "Gains derived from the vehicle use the nominal vehicle, whatever a scenario changes. Instructions are those of the "
-    f"exported law's worst sample, all its loops due, in f32; memory is the state kept from sample to sample, numbers are the "
-    f"gains, both in f64; {tables.TIMES} has the time of each law alone, as scalar code on one core of this machine."
+    "Gains derived from the vehicle use the nominal vehicle, whatever a scenario changes. Memory is the state kept between "
+    "samples; numbers are the gains; instructions are those of the exported law's worst sample. Rotor activity is the mean "
+    "over the situations in which all complete flights."
 )
 TUNED = "All tuned gains were found with the same flights, objective and budget, and evaluated on other flights."
 LOOPS = (
@@ -67,6 +67,11 @@ LOOPS = (
     "smallest margin over all channels. An estimator is left out, together with the fix latency that it compensates. "
     "`quadstep linear` gives details. A slowest pole of 0 in a sound loop is that of a number of the law, "
     "such as an adapted weight, that may have any value at rest: it neither grows nor decays."
+)
+DECIDING = (
+    "The first has the smallest median of those that lead; the second is tied with it, or next. Differences are medians over "
+    "the flights that both complete, flight by flight, with 95 % intervals; verdicts allow for the number of all pairs. "
+    "The flights that would tell two apart do so with a chance of 80 %, if they differ as found."
 )
 MEDIANS = "{} of {}{}; a lost flight ranks worse than any other. In bold: best, or tied for best.{}"
 FAILING = "A disturbance is increased until flights fail, that is, are lost or exceed the error limit."
@@ -83,8 +88,7 @@ def evidence(
     """What was found, for its readers. pictures: the figure of each vehicle. links: into page.html, or why it is missing."""
     found, *others = words.sentences(results)
     problems = {one.line for one in results.problems}
-    uncounted = words.not_counted(results)
-    said = [*uncounted, *(one for one in (found, *others) if one not in problems), *results.left_out]
+    said = [*(one for one in (found, *others) if one not in problems), *results.left_out]
     many = len(results.controllers) > MANY
     vehicles = [one.vehicle for one in results.ranked]
     everywhere = {vehicle: " in every situation" if vehicles.count(vehicle) > 1 else "" for vehicle in pictures}
@@ -105,41 +109,30 @@ def evidence(
     }
     shown = list(figures.values())[:IN_SUMMARY]
     sections: list[Section] = [
-        markup.listing(others),
+        *([markup.listing(others)] if others else []),
         *([markup.heading("Limitations", "limits"), markup.listing(results.limitations)] if results.limitations else []),
         markup.links(links, "See the best two fly under the same conditions:")
         if links
         else markup.paragraph(f"There is no page with flights: {missing}."),
     ]
     for vehicle, figure in figures.items():
-        begins = {job.subject.campaign.content.get("score_from") or 0.0 for job in flights}
-        scored = f", errors from {float(str(begins.pop())):g} s on" if len(begins) == 1 and begins != {0.0} else ""
-        text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), scored, words.limit(results, vehicle))
-        text = f"{text[:1].upper()}{text[1:]}"
-        title = f"{', '.join([vehicle, *filter(None, results.shared[1:])]) + ': ' if vehicle else ''}{words.measured(results)}"
-        label, ((corner, *names), found_rows) = vehicle or "Missions", tables.matrix(results, vehicle)
-        lead = [leaders(results, one) for one in results.ranked if one.vehicle == vehicle]
-        cells: list[list[markup.Cell]] = [
-            [(cell, "best") if name in best else cell for name, cell in zip(names, row, strict=True)]
-            for (_, *row), best in zip(found_rows, lead, strict=True)
-        ]
-        places = [row[0] for row in found_rows]
-        if many:  # controllers, who then have a row each
-            names, places, cells = places, names, [[*one] for one in zip(*cells, strict=True)]
-        rows = [[place, *row] for place, row in zip(places, cells, strict=True)]
-        sections.append(TableSection(label, identity(label, ()), (corner, *names), rows, text, shown=title))
-        sections += [] if figure in shown else [figure]
+        sections += [medians(results, flights, vehicle), *([] if figure in shown else [figure])]
+    if decided := [] if results.copies else decisions(results):
+        title = f"Decisions: {metric(results.metrics[results.metric])[0]}, flight by flight"
+        sections.append(
+            TableSection("Decisions", "decisions", tables.DECISION_HEADER, decided, DECIDING, shown=title, most=12)
+        )
     if results.linear:
-        loops, title = robustness.rows(results.linear), "Linear loop at rest, smallest margins over all channels"
-        sections.append(TableSection("Linear margins", "linear", *results.table(robustness.HEADER, loops, LOOPS), shown=title))
+        loops = robustness.rows(results.linear)
+        sections.append(TableSection("Linear margins", "linear", *results.table(robustness.HEADER, loops, LOOPS)))
         sections.append(markup.listing(robustness.unlinearised(results.linear)))
     if results.margins:
         points, title = tables.margin_rows(results), "Margins, 95 % intervals"
         sections.append(TableSection("Margins", "margins", *results.table(tables.MARGIN_HEADER, points, RAISED), shown=title))
     tuned = [TUNED] * any(one.trained for one in results.entrants)
-    gains, title = " ".join([*tuned, GAINS, *uncounted]), "Gains and cost"
+    gains = " ".join([*tuned, GAINS, *words.not_counted(results)])
     costs = results.table(tables.WHO_HEADER, tables.who_rows(results), gains, once=True)
-    sections.append(TableSection(title, "gains", *costs, shown=title))
+    sections.append(TableSection("Gains and cost", "gains", *costs))
     differing = [[*(part or words.NOTHING for part in (one.vehicle, one.name, *one.differs))] for one in results.entrants]
     sections.append(TableSection("", "", *results.table(tables.DIFFERS_HEADER, differing, once=True)))
     for vehicle in figures:
@@ -163,6 +156,27 @@ def evidence(
         paper=tables.latex_tables(results),
         fold=("linear", "method", *(f"all-{identity(vehicle or 'missions', ())}" for vehicle in figures)),
     )
+
+
+def medians(results: Comparison, flights: Sequence[Job[StudyCell]], vehicle: str) -> TableSection:
+    """The median of every controller in every situation of a vehicle."""
+    begins = {job.subject.campaign.content.get("score_from") or 0.0 for job in flights}
+    scored = f", errors from {float(str(begins.pop())):g} s on" if len(begins) == 1 and begins != {0.0} else ""
+    text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), scored, words.limit(results, vehicle))
+    text = f"{text[:1].upper()}{text[1:]}"
+    title = f"{', '.join([vehicle, *filter(None, results.shared[1:])]) + ': ' if vehicle else ''}{words.measured(results)}"
+    title += f" of {counted(results.seeds, 'flight')}"
+    label, ((corner, *names), found_rows) = vehicle or "Missions", tables.matrix(results, vehicle)
+    lead = [leaders(results, one) for one in results.ranked if one.vehicle == vehicle]
+    cells: list[list[markup.Cell]] = [
+        [(cell, "best") if name in best else cell for name, cell in zip(names, row, strict=True)]
+        for (_, *row), best in zip(found_rows, lead, strict=True)
+    ]
+    places = [row[0] for row in found_rows]
+    if len(results.controllers) > MANY:  # who have a row each then
+        names, places, cells = places, names, [[*one] for one in zip(*cells, strict=True)]
+    rows = [[place, *row] for place, row in zip(places, cells, strict=True)]
+    return TableSection(label, identity(label, ()), (corner, *names), rows, text, shown=title)
 
 
 def facts(results: Comparison) -> list[markup.Fact]:

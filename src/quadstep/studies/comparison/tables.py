@@ -12,7 +12,7 @@ from quadstep.studies.campaign.store import parquet
 from quadstep.studies.comparison.answer import leaders, unit_of
 from quadstep.studies.comparison.cost import BOARD
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.words import NOTHING, interval_text, measured, share_lost, title
+from quadstep.studies.comparison.words import NOTHING, activity, interval_text, measured, share_lost, title
 
 Row = dict[str, object]
 
@@ -123,9 +123,10 @@ TIMES = "times.csv"
 EFFORT_HEADER = ("situation", "controller", "energy [J]", "rotor activity [N/s]", "rotors saturated")
 WHO_HEADER = (
     "vehicle", "controller", "gains", "tuned", "flights", "flights per gain", f"instructions ({BOARD})", "memory [B]",
-    "numbers [B]",
+    "numbers [B]", "rotor activity [N/s]",
 )  # fmt: skip
 DIFFERS_HEADER = ("vehicle", "controller", "commands", "measures also", "looks ahead", "sample times")
+DECISION_HEADER = ("situation", "first, second", "second − first", "verdict")
 MARGIN_HEADER = ("margin", "vehicle", "controller", "50 % fail at", "5 % fail at", "other flights failing at the 50 % point")
 
 
@@ -136,7 +137,9 @@ def who_rows(results: Comparison) -> list[list[str]]:
         trained, cost = one.trained, results.costs.get((one.vehicle, one.name))
         tuned = (trained.tuned, trained.flights, f"{trained.flights / trained.tuned:.0f}") if trained else (None,) * 3
         costs = (cost.instructions, cost.memory, cost.numbers) if cost else (None,) * 3
-        known = (NOTHING if part is None else str(part) for part in (*tuned, *costs))
+        rotors = activity(results, one.vehicle).get(one.name)
+        work = None if rotors is None else f"{rotors:.3g}"
+        known = (NOTHING if part is None else str(part) for part in (*tuned, *costs, work))
         rows.append([one.vehicle or NOTHING, one.name, one.origin, *known])
     return rows
 

@@ -1,29 +1,17 @@
 """What a comparison has found, in words: what is decided, and what is not."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from quadstep.linear.grade import WORST_FIRST
-from quadstep.metrics.registry import at_rest
+from quadstep.metrics.registry import SOUND, at_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import RULES
 from quadstep.report.units import counted, listed, metric, number, percent, prose
-from quadstep.studies.comparison.answer import (
-    MOST_NAMED,
-    SEVERAL,
-    answer,
-    first,
-    leaders,
-    negligible,
-    of_situation,
-    several,
-    unit_of,
-)
+from quadstep.studies.comparison.answer import MOST_NAMED, answer, first, leaders, several, unit_of, warned
 from quadstep.studies.comparison.cells import Situation
-from quadstep.studies.comparison.cost import BOARD
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.ranking import by_chance, fewest
-from quadstep.studies.tuning.objective import NEGLIGIBLE
 
 LOST, NOTHING = "lost", "-"
 
@@ -110,12 +98,16 @@ def share_lost(one: SituationResult) -> str:
 
 
 def sentences(results: Comparison) -> list[str]:
-    """The answer, what holds for all, then situation by situation where the answer has not named them."""
-    lines = [answer(results), *of_all(results)]
-    lines += [of_situation(results, one) for one in results.ranked] if len(results.ranked) > MOST_NAMED else []
-    lines += missed_limits(results)
-    lines += [problem.line for problem in results.problems]
-    return lines
+    """The answer with what speaks against it and what to do next, then what is missing or unlike."""
+    lines = [" ".join([answer(results), *warned(results), *unsound(results), *advice(results)]), *missed_limits(results)]
+    if results.copies:
+        alike = ALIKE if results.seeds > 1 else ONCE
+        count = counted(len(results.controllers), results.kind)
+        lines.append(f"{count}, {counted(results.seeds, 'flight')} each, {alike}.")
+    lines += [results.unlike] if results.unlike else []
+    if out := dict.fromkeys(one.controller[1] if one.controller else "a whole situation" for one in results.problems):
+        lines.append(f"Missing from some or all situations because they failed: {several(list(out))}.")
+    return [*lines, *(problem.line for problem in results.problems)]
 
 
 def missed_limits(results: Comparison) -> list[str]:
@@ -142,101 +134,45 @@ def not_counted(results: Comparison) -> list[str]:
     ]
 
 
-def of_all(results: Comparison) -> list[str]:
-    """What to do with the answer, what the controllers take, what was flown, and how much is decided."""
-    if len(results.controllers) < 2:
-        return []
-    pairs = [pair for one in results.ranked.values() if not one.copies for pair in one.pairs]
-    kept = sum(pair.keeper is not None for pair in pairs)
-    tiny = sum(negligible(results, situation, pair) for situation, one in results.ranked.items() for pair in one.pairs)
-    slight = f" (in {tiny} of these by less than {100.0 * NEGLIGIBLE:g} %)" if tiny else ""
-    over = f" over {len(results.ranked)} situations" if len(results.ranked) > 1 else ""
-    lines = [advice(results), *in_its_median_flight(results), *activity(results)]
-    lines += [line for name in first(results)[0][:MOST_NAMED] for line in with_grade(results, name)]
-    lines += prices(results)
-    everywhere = " in every situation" if results.kind == "controller" else ""
-    alike = f", {ALIKE if results.seeds > 1 else ONCE}" if results.copies else ""
-    lines.append(
-        f"{counted(len(results.controllers), results.kind)}, {counted(results.seeds, 'flight')} each{everywhere}{alike}."
-    )
-    lines += [results.unlike] if results.unlike else []
-    if results.problems:
-        out = dict.fromkeys(one.controller[1] if one.controller else "a whole situation" for one in results.problems)
-        lines.append(f"Missing from some or all situations because they failed: {several(list(out))}.")
-    if pairs:
-        differs = f"{len(pairs) - results.undecided} of {counted(len(pairs), 'pair')}{over}{slight}"
-        lines.append(f"Tracking differs significantly in {differs}, the number of lost flights in {kept or 'none'}.")
-    return lines
-
-
-def advice(results: Comparison) -> str:
-    """The one thing to do next, in a sentence."""
+def advice(results: Comparison) -> list[str]:
+    """The one thing to do next."""
     who, most = first(results)
     needed, many = fewest(results.pairs) if results.pairs else 0, len(results.ranked)
+    if len(results.controllers) < 2:
+        return []
     if results.seeds < needed:
-        return (
-            f"Next: fly more. With so few flights no difference can be significant: {counted(results.pairs, 'pair')} "
-            f"{'take' if results.pairs > 1 else 'takes'} at least {needed} flights each (--seeds)."
-        )
+        return [f"Next: fly at least {needed} flights each (--seeds), as with fewer no difference can be significant."]
     if not any(one.grade is None or not one.grade.labels for one in results.results if one.controller in who):
-        return f"Next: better gains (`quadstep tune`), as no median flight of {several(who) if who else 'any'} is as asked."
+        return [f"Next: better gains (`quadstep tune`), as no median flight of {several(who) if who else 'any'} is as asked."]
     untuned = bool(results.entrants) and results.kind == "controller" and not any(one.trained for one in results.entrants)
-    but = " No gains were tuned for this comparison; a table [tuning] tunes all with equal budgets." * untuned
+    but = ["No gains were tuned for this comparison; a table [tuning] tunes all with equal budgets."] * untuned
     if most < many:
-        return f"Next: choose for the situations that matter to you, as none leads in all of them.{but}"
+        return ["Next: choose for the situations that matter to you.", *but]
     if len(who) == 1:
-        return f"Next: choose {several(who)}, if what it takes (below) is affordable.{but}"
-    return f"Next: choose among {several(who)} by what they take (below), as their errors do not decide.{but}"
+        return [f"Next: choose {several(who)}, if what it takes (gains and cost) is acceptable.", *but]
+    return ["Next: choose among them by what else matters to you, such as rotor activity or cost.", *but]
 
 
-def in_its_median_flight(results: Comparison) -> list[str]:
-    """Why the median flights of those who lead the only situation are not as asked."""
-    alone = list(results.ranked)[:1] if len(results.ranked) == 1 else []
-    lead = [name for one in alone for name in leaders(results, one)]
-    graded = {one.controller: one.grade.reasons for one in results.results if one.grade and one.grade.reasons}
-    return [f"In {name}'s median flight, {listed(graded[name])}." for name in lead[:SEVERAL] if name in graded]
+def activity(results: Comparison, vehicle: str) -> dict[str, float]:
+    """How hard each works its rotors, mean over the situations of a vehicle in which all complete flights [N/s]."""
+    cells = [results.of(where) for where in results.ranked if where.vehicle == vehicle]
+    there = [one for one in cells if all(math.isfinite(each.effort.activity) for each in one)]
+    names = {each.controller for one in there for each in one}
+    rows = [{each.controller: each.effort.activity for each in one} for one in there if len(one) == len(names)]
+    return {name: sum(row[name] for row in rows) / len(rows) for name in names if rows}
 
 
-def activity(results: Comparison) -> list[str]:
-    """How hard each works its rotors, over the situations in which all complete flights: a sentence where that is known."""
-    cells = {where: [one.effort.activity for one in results.of(where)] for where in results.ranked}
-    there = [where for where, one in cells.items() if len(one) == len(results.controllers) and all(map(math.isfinite, one))]
-    rows = [{one.controller: one.effort.activity for one in results.of(where)} for where in there]
-    taken = {name: sum(row[name] for row in rows) / len(rows) for name in results.controllers if rows}
-    return taking(
-        "Rotor activity (changes of thrust per second), mean", {name: (one, f"{one:.3g} N/s") for name, one in taken.items()}
-    )
-
-
-def with_grade(results: Comparison, controller: str) -> list[str]:
-    """What the loop of one who leads is, the worst over vehicles: a sentence, if anything is known."""
-    loops = [(one, where) for (where, name), one in results.linear.items() if name == controller]
-    if not loops:
-        return []
-    worst, where = min(loops, key=lambda loop: WORST_FIRST.index(loop[0].grade))
-    whose = f"the loop of {controller}{' without the estimator' if worst.estimator else ''}"
-    text = f"{f'on {where} ' if where else ''}{at_rest({'grade': worst.grade, 'why': worst.why}, whose)}"
-    return [f"{text[:1].upper()}{text[1:]}."]
-
-
-def prices(results: Comparison) -> list[str]:
-    """What the laws of one vehicle take to compute, where they differ: a sentence."""
-    taken = {
-        name: (float(one.instructions), f"{one.instructions:,}")
-        for (_, name), one in results.costs.items()
-        if one.instructions
-    }
-    return taking(f"Instructions in the worst sample on a {BOARD}", taken) if len(taken) == len(results.costs) else []
-
-
-def taking(what: str, taken: Mapping[str, tuple[float, str]]) -> list[str]:
-    """What each takes, the least first, and how many times that the most is: a sentence, for as many as one can name."""
-    if not 1 < len(taken) <= SEVERAL:
-        return []
-    names = sorted(taken, key=lambda name: taken[name][0])
-    least, most = taken[names[0]][0], taken[names[-1]][0]
-    times = f"; {names[-1]} takes {most / least:.1f} times as much as {names[0]}" if most >= 1.1 * least > 0.0 else ""
-    return [f"{what}: {listed([f'{name} {taken[name][1]}' for name in names])}{times}."]
+def unsound(results: Comparison) -> list[str]:
+    """Of those who lead anywhere, whose loop is not sound, the worst over vehicles: a sentence each."""
+    lead = dict.fromkeys(name for one in results.ranked for name in leaders(results, one))
+    lines = []
+    for controller in list(lead)[:MOST_NAMED]:
+        loops = [(one, where) for (where, name), one in results.linear.items() if name == controller and one.grade != SOUND]
+        for worst, where in sorted(loops, key=lambda loop: WORST_FIRST.index(loop[0].grade))[:1]:
+            whose = f"the loop of {controller}{' without the estimator' if worst.estimator else ''}"
+            text = f"{f'on {where} ' if where else ''}{at_rest({'grade': worst.grade, 'why': worst.why}, whose)}"
+            lines.append(f"{text[:1].upper()}{text[1:]}.")
+    return lines
 
 
 def searches(results: Comparison) -> str:
