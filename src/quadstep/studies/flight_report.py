@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from quadstep.mission.schema import Mission
 
 BAD_LOOPS = "fragile", "unstable"
-IN_SUMMARY, PEAKS = 2, 4
-"""Figures; peaks of the error that are named."""
+IN_SUMMARY = 2
+"""Figures."""
 
 LEAST = 1e-4
 """Share of a path's size below which an RMSE is only said to be less."""
@@ -80,9 +80,8 @@ def write_report(
         *own_facts(mission, metrics),
     ]
     kept = log.outcome is not Outcome.COMPLETED and len(log.rows)
-    moved = parts(log, mission) if "position" in metrics else ""
-    lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission), size, moved)]
-    first, *more = [*filter(None, lines), *([of_log(log, metrics, ending)] if kept else [])]
+    lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission), size)]
+    first, *more = [*filter(None, lines), *([of_log(log)] if kept else [])]
     found = Evidence(
         mission.name, "Flight", first, (), {}, measured, drawn[:IN_SUMMARY], sections, more=more, warnings=warnings, fold=(),
         cases=(Case("flown", None if log.outcome is Outcome.COMPLETED else first),),
@@ -100,9 +99,9 @@ def cut(mission: "Mission") -> str:
     return f"; {mission.cut}" if mission.cut else ""
 
 
-def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", size: str = "", moved: str = "") -> str:
+def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", size: str = "") -> str:
     """How it went. counted: from when errors are, see `errors_since`; and how much is flown, see `cut`. size: of its path, if
-    it has one. moved: see `parts`.
+    it has one.
     """
     loop = f"; its loop is {grade} at rest" if (grade := rest_of(metrics).get("grade")) in BAD_LOOPS else ""
     if log.outcome is not Outcome.COMPLETED:
@@ -111,39 +110,8 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", s
     part = cast(float, metrics.get("relative_error") or 0.0)
     of_it = units.percent(part) if part >= LEAST else f"less than {100.0 * LEAST:g} %"
     share = f", {of_it} of what standing still would give" if size and not found.reasons else ""
-    with_error = "; its position RMSE is" if moved else " with a position RMSE of"
-    error = f"{with_error} {units.quantity(cast(float, off), 'm')}{share}{counted}" if off is not None else ""
-    return f"The flight completed {log.ended:g} s{moved}{error}{loop}. {found.sentence}".strip()
-
-
-def parts(log: FlightLog, mission: "Mission") -> str:
-    """How far from its path a completed flight was after each event, at most `PEAKS` of them, the farthest first, to follow
-    how long it lasted; "" where nothing happened. An event after which the error is no larger begins no part of its own.
-    """
-    since, kept = mission.scored_from, log.column("t") >= mission.scored_from
-    t, off = log.column("t")[kept], np.linalg.norm(position_errors(log), axis=1)[kept]
-    after = dict[float, str]()
-    for one in mission.moments:
-        if one.what and one.time > since:
-            after[one.time] = f"{after[one.time]} and {one.what}" if one.time in after else one.what
-    found, calm, end, following = list[tuple[float, str, str]](), list[str](), len(t), ""
-    for when, what in [*sorted(after.items(), reverse=True), (since, "")]:
-        begin, until = int(np.searchsorted(t, when)) if what else 0, " until the next event" * (end < len(t))
-        place = begin + int(off[begin:end].argmax()) if begin < end else begin
-        if place > begin or (end and not what):
-            peak = f"{t[place] - when:.2f} s after {what}" if what else f"at {at(t, place)}"
-            found.append((float(off[place]), peak, f"after {what}{until}" if what else f"before {following}"))
-            end, following = begin, what
-        elif begin < end:
-            then = units.quantity(float(off[begin]), "m")
-            calm.append(f"; when {what}, it was {then}, and no larger {'afterwards' if not until else until.strip()}")
-    if log.outcome is not Outcome.COMPLETED or len(found) < 2:
-        return ""
-    found.sort(reverse=True)
-    said = units.listed([f"{peak} ({units.quantity(most, 'm')})" for most, peak, _ in found[:PEAKS]])
-    rest = "".join(f", and was at most {units.quantity(units.rounded_up(most, 3), 'm')}" for most, *_ in found[PEAKS:][:1])
-    where = f" {units.listed([span for *_, span in found[PEAKS:]])}" if rest else ""
-    return f"; its error peaked {said}{rest}{where}{''.join(reversed(calm))}"
+    error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{share}{counted}" if off is not None else ""
+    return f"The flight completed {log.ended:g} s{error}{loop}. {found.sentence}".strip()
 
 
 def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
@@ -155,13 +123,6 @@ def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
         return ""
     size = f"For scale: a vehicle that never left its start would have an RMSE of {units.quantity(off / share, 'm')}"
     return f"{size} (distances above {FAR:g} m count as {FAR:g} m). "
-
-
-KINDS: tuple[tuple[dict[str, str], float, str], ...] = (
-    ({"roll": "roll", "pitch": "pitch", "yaw": "yaw", **SPOKEN}, math.degrees(1.0), "°"),
-    ({"p": "p", "q": "q", "r": "r", "phi_dot": "rate of roll", "theta_dot": "of pitch", "psi_dot": "of yaw"}, 1.0, "rad/s"),
-)
-"""What is said of the state that ended a flight, as far as it has these columns; how many of the unit one in SI is."""
 
 
 def missed(ending: Metrics, name: str, base: str) -> float:
@@ -176,35 +137,20 @@ def lost_at(metrics: Metrics, ending: Metrics) -> str:
     return units.quantity(off, "m", 4) if ending and math.isfinite(off) else ""
 
 
-def of_log(log: FlightLog, metrics: Metrics, ending: Metrics | None = None) -> str:
-    """Up to when the numbers of a lost flight count, and the state that ended it, which is in no row. ending: as in
-    metrics.json.
-    """
-    state, said = {key.partition("[")[0]: cast(float, value) for key, value in (ending or {}).items()}, []
-    off = lost_at(metrics, ending or {})
-    for names, factor, unit in KINDS:
-        suffix = units.unit_suffix(unit)
-        known = [f"{say} {units.number(round(factor * state[one], 3))}{suffix}" for one, say in names.items() if one in state]
-        said += [", ".join(known)] if known else []
-    where = "; ".join([*([f"{off} from its path"] if off else []), *said])
-    ended = f"When it was lost, it was {where}" if off else f"It was lost at {where}"
-    ended = f"{ended}; more of that state is in" if where else "The state that ended it is in"
+def of_log(log: FlightLog) -> str:
+    """Up to when the numbers of a lost flight count."""
     row = f"{log.column('t')[-1]:.6g} s"
-    return f"RMSE, largest errors and figures cover the log, whose last row is at {row}. {ended} metrics.json."
+    return f"RMSE, largest errors and figures cover the log, whose last row is at {row}; metrics.json has the state after it."
 
 
 def worst(log: FlightLog, since: float, moments: Sequence[EventMark] = ()) -> str:
-    """When a flight is farthest from its path, what had happened last, and where it should be, to follow that distance."""
+    """When a flight is farthest from its path, and what had happened last, to follow that distance."""
     t, off = log.column("t"), np.linalg.norm(position_errors(log), axis=1)
     if not (t >= since).any():
         return ""
     place = int(np.where(t >= since, off, -1.0).argmax())
-    wanted = {a: float(log.column(f"{a}_d")[place]) for a in position_axes(log)}
-    unit, factor = units.suited("m", max(map(abs, wanted.values())))
-    there = ", ".join(f"{a} {units.number(factor * one)}" for a, one in wanted.items())
     before, what = max(((when, what) for when, what, *_ in moments if what and 0.0 < when <= t[place]), default=(0.0, ""))
-    after = f", {t[place] - before:.2f} s after {what}" if what else ""
-    return f", at {at(t, place)}{after}, where the path is at {there} {unit}"
+    return f", at {at(t, place)}{f', {t[place] - before:.2f} s after {what}' if what else ''}"
 
 
 def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fact]:

@@ -32,7 +32,7 @@ from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import quantity
-from quadstep.studies.flight_report import cut, error_table, errors_since, of_limits, of_log, own_facts, parts, write_report
+from quadstep.studies.flight_report import cut, error_table, errors_since, of_limits, of_log, own_facts, worst, write_report
 
 REPORT = "report.html"
 
@@ -264,11 +264,14 @@ def summarise(
     facts = [[one.what, one.value] for one in of_limits(metrics)]
     completed = log.outcome is Outcome.COMPLETED
     if completed:
-        counted, moved = (errors_since(mission) + cut(mission), parts(log, mission)) if mission else ("", "")
-        error = f"{moved}; position RMSE {quantity(metric(metrics, 'position_rmse[m]'), 'm')}{counted}"
+        counted = errors_since(mission) + cut(mission) if mission else ""
+        when = worst(log, mission.scored_from, mission.moments) if mission else ""
+        error = f"; position RMSE {quantity(metric(metrics, 'position_rmse[m]'), 'm')}{counted}"
+        if " after " in when:
+            error += f"; largest error {quantity(metric(metrics, 'largest_error[m]'), 'm')}{when}"
         but = graded(metrics).sentence
         ending = " ".join(filter(None, (left_path(log, metrics), f"Completed {log.ended:g} s{error}.", but)))
     else:
-        kept = f"The log up to that point is kept. {of_log(log, metrics, ended)}" if len(log.rows) else "Its log is empty."
+        kept = f"The log up to that point is kept. {of_log(log)}" if len(log.rows) else "Its log is empty."
         ending = f"Lost at {log.ended:g} s: {why or REASONS[log.outcome]}. {kept}"
     return FlightSummary(name, [*header[1:-1]], rows, facts, ending, completed, warnings, metrics, judged)
