@@ -14,7 +14,7 @@ from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import certify_plan
 from quadstep.proofs.certify.output import record, tables
 from quadstep.proofs.certify.run import facts, figures_of
-from quadstep.proofs.certify.standing import TERMS, TESTING, answer, kind, raised, seen, work
+from quadstep.proofs.certify.standing import TERMS, TESTING, answer, kind, seen, work
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import UNJUDGED
 from tests.commands import LINE, quadstep, strict_json, write
@@ -47,9 +47,7 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     }  # fmt: skip
     found, about = (strict_json(tmp_path / "out" / name) for name in ("certificate.json", "metrics.json"))
     assert run.out.startswith("This flight meets the conditions of Theorem 5.1 but does not test it: the error never left the")
-    assert (
-        f"{TESTING} does test it: a hover with an initial yaw error of 0.5 rad, K_r1 = 300 N s/m, Lambda2 = 1 1/s" in run.out
-    )
+    assert f"The flight of {TESTING} does test it." in run.out
     assert found["verdict"].removeprefix("untested: ") in run.out
     assert about["verdict"] == found["verdict"]
     assert found["kind"] == about["kind"] == "untested"
@@ -58,7 +56,7 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     assert "<dd>not tested<small>no sample is there</small></dd>" in page
     assert f"b<sub>r</sub> = {found['bounds']['b_r']:.4g}</small>" in page
     assert found["samples"] == 501
-    for needed in ("J_M, the largest", "largest error |r|", "b_w", "coupling", "at the start"):
+    for needed in ("J_M max(Lambda2)", "largest error |r|", "coupling"):
         assert needed in run.out
 
 
@@ -80,12 +78,12 @@ def test_a_diverging_flight_ends_with_3_and_keeps_its_certificate(tmp_path, undr
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert page.count('class="holds"') == 4
     (failed,) = re.findall(r"<tr><td>([^<]*)</td>(?:(?!</tr>).)*class=\"fails\"", page)
-    assert failed == "largest thrust that the coupling condition allows"
+    assert failed == "thrust that coupling allows"
     (row,) = re.findall(rf"{failed}</td><td>(.*?)</td><td>(.*?)</td><td>(.*?)</td>", page)
     allowed = conditions["u_max_allowed[N]"]
     assert [html.unescape(cell).replace("\u00a0", " ") for cell in row] == [
         f"{allowed['visited']:.4g} N", f"{allowed['anywhere']:.4g} N",
-        f"> {conditions['u_max[N]']:.4g} N, the largest flown up to 4.77 s",
+        f"> {conditions['u_max[N]']:.4g} N",
     ]  # fmt: skip
 
 
@@ -150,18 +148,6 @@ def test_the_figure_takes_a_flight_of_any_length(tmp_path):
         assert (tmp_path / f"{job.name}.svg").stat().st_size > 1000
 
 
-RAISED = {"eps": "residual", "coupling": "coupling", "sampling": "sampling"}
-"""The terms that raise L in both, by their names in words."""
-
-LEFT = "comes from eps (the error that even ideal weights leave)"
-SHARES = {
-    "case1": "Of the 6.49 µJ that terms added to L on balance over the flight, 95 % "
-    f"{LEFT}, 5 % from sampling and less than 1 % from the omitted coupling.",
-    "theorem_fails": f"Of the 207 J that terms added to L on balance up to 4.77 s, 80 % {LEFT}, "
-    "12 % from the omitted coupling and 8 % from sampling.",
-}
-
-
 @pytest.mark.parametrize("name", ["case1", "theorem_fails"])
 def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_linear(name):
     path = EXAMPLES / f"{name}.toml"
@@ -169,19 +155,17 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     lost, caption = name == "theorem_fails", seen(found)
     assert f"|r| never left b_r: {found.r.max():.4g} <= {found.b_r:.4g}." in caption
     assert caption.startswith(f"Left: up to {found.until:.3g} s, |r| never left") == lost
-    assert ("What follows, not judged, is faint." in caption) == lost
+    assert (
+        "What follows is faint and not judged: the law then commands a thrust that swings past straight down, where" in caption
+    ) == lost
     (begins,) = re.findall(r"Right begins at (\S+) s, where", caption) or ["0"]
     assert (4.0 <= float(begins) < found.until) == lost
     assert caption.endswith(f"Too small to be drawn: {'weights' if lost else 'weights and coupling'}.")
     assert [one.log_time != lost for one in figures_of(found, name)] == [True, True]
     done = record(found)["lyapunov"]["work[J]"]
-    value, added = found.lyapunov.value, {said: one for one, said in raised(found)}
+    value = found.lyapunov.value
     assert sum(done[key] for key in TERMS if key != "filtering") == pytest.approx(value[-1] - value[0], rel=1e-9)
-    assert added == pytest.approx({said: done[key] for said, key in RAISED.items()})
-    assert SHARES[name] in answer(found).replace("\u00a0", " ")
     assert ("What fails: coupling condition" in answer(found)) == lost
-    cut = f"The judgement stops at {found.until:.3g} s: the law then commands a thrust that swings past straight down, where"
-    assert (cut in answer(found)) == lost
     assert [row[-1] for row in tables(found).ways] == [("holds", "holds"), ("not judged", "open")]
     assert [one.value for one in facts(found)] == (
         ["violated", f"none of {len(found.r):,}", "not tested", "lost"]
@@ -197,8 +181,7 @@ def test_what_follows_the_judged_part_is_the_flights_own_error_and_is_drawn():
     whole = np.hypot(log.column("norm_r1"), log.column("norm_r2"))
     np.testing.assert_allclose(np.append(found.r, found.later), whole, rtol=1e-9)
     assert whole[len(found.r) :].max() > found.b_r  # so that "the error never left the ball" is said of the judged part only
-    assert "The flight would not test the theorem either: the error never left the ball b_r" in answer(found)
-    assert f"|r| reached {whole.max():.4g}, beyond b_r = {found.b_r:.4g}." in answer(found)
+    assert facts(found)[1].more.startswith(f"up to {found.until:.3g} s; largest |r| = ")
     (job, _) = figures_of(found, "lost")
     lines = job.panels[0].lines
     assert (len(lines["|r|"]), len(lines[UNJUDGED]), len(job.t)) == (len(found.r), len(whole), len(whole))
@@ -208,21 +191,12 @@ def test_what_follows_the_judged_part_is_the_flights_own_error_and_is_drawn():
 
 def test_one_example_tests_the_theorem_as_the_others_say():
     path = EXAMPLES.parent / TESTING
-    found, mission = certify_plan(plan_mission(read_mission(path), path)), read_mission(path).model_dump()
+    found = certify_plan(plan_mission(read_mission(path), path))
     assert (kind(found), found.outside.sum()) == ("sign consistent", 32)
-    assert mission["start"]["attitude"] == (0.5, 0.0, 0.0)
-    law = mission["controller"]
-    assert (law["K_r1"][0], law["Lambda2"][0], law["nets"]["enabled"], mission["disturbance"]["scale"]) == (
-        300.0,
-        1.0,
-        False,
-        0.0,
-    )
     assert "L fell at each of the 32 of 2,001 samples that lie outside the ball b_r." in answer(found)
     assert np.abs(found.lyapunov.coupling).max() == 0.0
-    assert np.diff(found.lyapunov.value).max() > 0.0  # so that "no term added to L" is said on balance only
     said = "Only the error in yaw is tested: x, y, z, pitch and roll stay at zero, and so does the coupling."
-    assert answer(found).endswith(f"b_r. {said} On balance over the flight, no term added to L.")
+    assert answer(found).endswith(f"b_r. {said}")
     assert "Zero throughout: weights and coupling." in seen(found)
     assert not any("–" in cell for row in tables(found).ball for cell in row[:3])
 

@@ -210,9 +210,9 @@ def test_a_law_with_a_limit_is_disproved_on_the_papers_plant(tmp_path):
     assert (run.code, run.err) == (errors.DIVERGED, "")
     said, page = " ".join(run.out.split()), (tmp_path / "out" / "mission-proof.html").read_text(encoding="utf-8")
     assert said.startswith(
-        "disproved: the claim that flights which begin near hover at the path's end, (0, 0, 5) m, stay near"
+        "disproved: flights that begin near hover at the path's end, (0, 0, 5) m, do not all stay near it: hover is unstable"
     )
-    assert "6 of the 12 eigenvalues" in said
+    assert "eigenvalues outside the unit circle 6 of 12" in said
     assert "The proof is about hover at the path's end, not this flight." in html.unescape(page)
 
 

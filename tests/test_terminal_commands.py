@@ -93,7 +93,7 @@ SAID = {
     "compare": "median (largest)",
     "reproduce": "What is undecided",
     "export": "geometric tracking on SE(3) in C99, f32",
-    "linear": "The slowest poles",
+    "linear": "one loop opened at a time",
     "what-if": "In gusts, at rest, and in a step in calm air",
     "prove": "proved: every flight whose start is within",
     "replay": "mean error after",

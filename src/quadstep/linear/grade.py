@@ -81,12 +81,14 @@ def graded(analysis: Analysis) -> Grade:
     if not analysis.stable:
         first, *others = grouped(analysis.growing)
         pace = quantity(-math.log(2.0) * first.pole.time_constant, "s").replace("\N{NO-BREAK SPACE}", " ")
-        more = "; other modes grow more slowly" * bool(others)
-        return Grade(UNSTABLE, f"a deviation doubles every {pace} ({analysis.in_words(first.states)}){more}")
+        more, what = "; other modes grow more slowly" * bool(others), first.states[0].partition(".")[0]
+        most = analysis.in_words(one for one in first.states if one.partition(".")[0] == what)
+        return Grade(UNSTABLE, f"a deviation doubles every {pace} ({most}){more}")
     if analysis.not_held:
         return Grade(UNSTABLE, f"it does not hold {', '.join(analysis.not_held)}; a deviation there never decays")
     measures = least_of(analysis)
-    return Grade(SOUND if all(one.met for one in measures) else FRAGILE, explained(analysis, measures), measures)
+    missed = [one for one in measures if not one.met]
+    return Grade(FRAGILE if missed else SOUND, explained(analysis, missed or measures), measures)
 
 
 def explained(analysis: Analysis, measures: Sequence[Measure]) -> str:

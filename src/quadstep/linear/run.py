@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from quadstep.control.backstepping import Backstepping
 from quadstep.engines.fly import fingerprint, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io import __version__
@@ -19,7 +20,7 @@ from quadstep.linear.equilibrium import hover_mission, quiet
 from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.states import Array
-from quadstep.linear.tables import OpenLoop, decibels, draw_bode, draw_nyquist, draw_steps
+from quadstep.linear.tables import OpenLoop, decibels, draw_bode, draw_nyquist, draw_steps, merged
 from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.metrics.statistics import finite
 from quadstep.mission.multirotor import MultirotorMission
@@ -80,7 +81,7 @@ STEADY = 0.5
 """Share by which the swing may change over the last half of the flight where it neither grows nor decays."""
 
 
-THERE = f"Flown at rest where its path begins, after a step of {1e3 * KICK:g} mm along each axis"
+THERE = f"Flown there after a step of {1e3 * KICK:g} mm along each axis"
 
 
 def flown_from_rest(mission: Mission) -> str:
@@ -141,36 +142,33 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     """
     found = studied.analysis
     moves = steps(studied.rest.period, found.poles) if found.stable else []
-    first, *others = tables.sentences(found, but)
-    opening = first if but else worst.finding(found)
-    said = [opening, *others, *([] if found.stable else [flown_from_rest(mission), REMEDY]), *for_latency(mission)]
+    answer = [worst.finding(found, but)]
+    if not found.stable:
+        answer += [flown_from_rest(mission), REMEDY + (f" {CERTIFY}" if mission.controller.controller is Backstepping else "")]
+    said = [*answer, *tables.sentences(found), *for_latency(mission)]
     about = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
     poles = TableSection(
         "Poles",
         "poles",
         tables.POLE_HEADER,
-        tables.pole_rows(found.poles, found.in_words, None),
-        shown="The slowest poles",
-        most=tables.SHOWN,
+        tables.pole_rows(found.poles, found.in_words),
+        f"{tables.of_poles(found)} Shown are the slowest poles; poles.csv has all.",
     )
     done = Evidence(
         name=mission.name,
         kind="Linear",
-        answer=said[0],
-        opening=said[0],
+        answer=" ".join(answer),
+        opening=answer[0],
         sentences=said[1:],
         record={**about, **record(found, moves), "sentences": said},
         sections=[poles],
-        more=said[1:],
-        fold=("poles", "steps") if found.stable else (),
+        more=said[len(answer) :],
+        fold=("poles", "steps"),
     )
     if not found.stable:
         (out / FIGURES).mkdir()
         draw_steps(out / FIGURES / "step", steps(found.loop, found.poles), sheet.with_svg())
-        pace = quantity(-math.log(2.0) * found.poles[0].time_constant, "s")
-        return done._replace(
-            facts=[markup.Fact("a deviation doubles every", pace)], figures=[Figure(f"{FIGURES}/step", GROWING)]
-        )
+        return done._replace(figures=[Figure(f"{FIGURES}/step", GROWING)])
     draw(out / FIGURES, found, moves, sheet.with_svg())
     margins = f"{mission.name}: margins, one loop opened at a time"
     return done._replace(
@@ -185,10 +183,8 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     )
 
 
-REMEDY = (
-    "Remedy: `quadstep tune` searches for gains with margins; for the paper's law, `quadstep certify` names the conditions "
-    "that fail and what would repair them."
-)
+REMEDY = "`quadstep tune` searches for gains with margins."
+CERTIFY = "`quadstep certify` judges the conditions of Theorem 5.1."
 GROWING = "The path steps by 1 along one axis at a time: the linear response, without the limits at which a flight is lost."
 
 
@@ -205,14 +201,14 @@ def for_latency(mission: Mission) -> list[str]:
 
 
 def with_limit(fact: markup.Fact, analysis: Analysis) -> markup.Fact:
-    """A least margin with what a sound loop needs of it or what it allows; a largest sensitivity with what is customary."""
-    asked = (one for one in graded(analysis).measures if fact.what == f"smallest {one.what} margin")
+    """A least margin with what a sound loop needs of it or what it allows."""
+    asked = [one for one in graded(analysis).measures if fact.what == f"smallest {one.what} margin"]
     needed = [f"a sound loop has at least {one.text(one.limit)}" if one.limit else "no limit applies" for one in asked]
-    needed += [worst.PEAKS.get(fact.what, "")]
     if fact.what == worst.DISK and (d := min(one.disk for one in analysis.margins)) < 2.0:
         gain, phase = decibels((2.0 + d) / (2.0 - d)), math.degrees(2.0 * math.atan(0.5 * d))
         needed.append(f"allows a gain of {gain} dB up or down, a phase of {phase:.1f}°, and less of both together")
-    return fact._replace(more="; ".join(filter(None, (fact.more, *needed))))
+    short = any(not one.met for one in asked)
+    return fact._replace(more="; ".join(filter(None, (fact.more, *needed))), kind="fair" * short)
 
 
 def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
@@ -227,17 +223,15 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     return {
         "bode": "Where |L| falls through 0 dB, the phase's distance from −180° is the phase margin. It is smallest in "
         f"{phase[0].name}: {math.degrees(phase[1].phase):.1f}° at {phase[1].phase_at:.3g} rad/s. The bars mark it, and the "
-        "smallest gain margin, which is read where the phase crosses −180°; dots mark their frequencies in the other panel. "
-        "Phases that differ by 360° are the same: curves are drawn without jumps, and each integration in the loop turns them "
-        "by −90°.",
+        "smallest gain margin, which is read where the phase crosses −180° or what is 360° from it; dots mark their "
+        "frequencies in the other panel.",
         "step": "The path steps by 1 along one axis at a time. The largest overshoot is that of "
         f"{over.name}, {100.0 * over.overshoot:.1f} %; {settled if math.isfinite(late.settling) else never}."
         f"{off_the_step(moves)} Overshoot does not affect the grade.{alike}",
         "nyquist": "The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. On the grey circle, "
         "|L| is 1: the angle there between a curve and −1 is its phase margin. The nearest to −1 is "
         f"{near[0].name}, at a distance of {1.0 / near[1].sensitivity:.2g}: disturbances are amplified "
-        f"{near[1].sensitivity:.3g} times there. That the loop is stable is known from its poles, not from how often the part "
-        "of a curve that is drawn here encircles −1.",
+        f"{near[1].sensitivity:.3g} times there.",
     }
 
 
@@ -252,12 +246,7 @@ def off_the_step(moves: list[StepResponse]) -> str:
     said = "".join(f" {name[0].upper()}{name[1:]} rests at {rest:.3g}, not at 1." for name, rest in off.items())
     if "yaw" not in off:
         return said
-    return (
-        f"{said} Seen from above, the nose turns {off['yaw']:.3g} times as far as the path's heading: a small turn leaves a "
-        f"heading error of {100.0 * abs(off['yaw'] - 1.0):.2g} % of it. Where a vehicle leans, as in wind, the direction in "
-        "its rotor plane that is nearest to a heading need not lie above or below it; laws that point the nose there turn it "
-        "too far or not far enough. Overshoot and settling time are relative to where a response rests."
-    )
+    return f"{said} A vehicle that leans, as in wind, may turn its nose too far or not far enough, seen from above."
 
 
 def draw(folder: Path, analysis: Analysis, moves: list[StepResponse], sheet: Sheet) -> None:
@@ -268,11 +257,11 @@ def draw(folder: Path, analysis: Analysis, moves: list[StepResponse], sheet: She
     least = least_phase(analysis)
     all_gains = [(i, way) for i, one in enumerate(analysis.margins) for way in (one.up, -one.down)]
     one = analysis.margins[least]
-    shown = OpenLoop(
+    shown = merged(OpenLoop(
         analysis.channels, omega, harmonic(ready, omega),
         phases=[(least, math.degrees(one.phase), one.phase_at)] if math.isfinite(one.phase) else [],
         gains=[min(all_gains, key=lambda gain: abs(gain[1]))],
-    )  # fmt: skip
+    ))  # fmt: skip
     draw_bode(folder / "bode", shown, sheet)
     draw_nyquist(folder / "nyquist", shown, sheet)
     draw_steps(folder / "step", moves, sheet)

@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from quadstep.linear.analysis import Analysis, StepResponse
-from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.modes import ALIKE, Modes, Pole, grouped
 from quadstep.linear.states import Array, Channel, short
@@ -21,7 +20,7 @@ from quadstep.report.canvas import LETTER, LINES, figure_at
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.units import listed
 
-MARGIN_HEADER = ("", "gain up [dB]", "gain down [dB]", "phase [°]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
+MARGIN_HEADER = ("", "gain [dB]", "phase [°]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
 POLE_HEADER = ("pole [1/s]", "doubles every [s]", "time constant [s]", "damping", "frequency [rad/s]", "count", "states")
 STEP_HEADER = ("step of 1", "rests at", "overshoot [%]", "settling time to 2 % [s]")
 METHOD = (
@@ -51,9 +50,11 @@ def number(value: float, digits: str = ".1f") -> str:
 
 def margin_cells(one: Margins) -> list[str]:
     """A row of `MARGIN_HEADER` without its name."""
+    up, down = decibels(one.gain_up), decibels(one.gain_down)
+    gain = f"{down} to {up}" if "none" not in (up, down) else f"up to {up}" if up != "none" else f"from {down}"
     rest = (math.degrees(one.phase), one.phase_at, 1e3 * one.delay)
     peaks = (f"{peak:.2f}" for peak in (one.disk, one.sensitivity, one.complementary))
-    return [decibels(one.gain_up), decibels(one.gain_down), *map(number, rest), *peaks]
+    return ["none" if up == down else gain, *map(number, rest), *peaks]
 
 
 def margin_rows(analysis: Analysis) -> list[list[str]]:
@@ -76,29 +77,23 @@ def pole_rows(poles: list[Pole], in_words: Callable[[Iterable[str]], str], most:
     ]
 
 
-def sentences(analysis: Analysis, but: str = "") -> list[str]:
-    """The opening lines, before any number. but: what the mission's flight does that was not asked."""
-    grade, period = graded(analysis), analysis.loop.period
-    answer = f"{grade.sentence[:-1]}; however, {but}." if but else grade.sentence
+def sentences(analysis: Analysis) -> list[str]:
+    """What else is to be known of a grade."""
     later = [LATER.format(listed([f"{t:.3g}" for t in analysis.later]))] if analysis.later else []
-    if not analysis.stable:
-        return [answer, *later]
-    moving = [pole for pole in analysis.poles if pole.frequency]
-    mode = f"slowest mode has a time constant of {number(moving[0].time_constant, '.3g')} s." if moving else ""
-    slowest = f"The {mode}" * bool(mode)
-    kept = len(Modes(analysis.loop).staying)
-    still = dict.fromkeys(name for pole in analysis.poles if not pole.frequency for name in pole.states)
-    if kept:
-        constant = "mode neither grows nor decays" if kept == 1 else "modes neither grow nor decay"
-        felt = "" if analysis.not_held else f", without effect on {listed(period.pose.names)}"
-        slowest = f"{kept} {constant}{felt}: {analysis.in_words(still)}.{f' Of the others, the {mode}' if mode else ''}"
-    sampled = (
-        f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
-    )
     bent = [BENT.format(analysis.tried, kinks(analysis.bends))] if analysis.bends else []
     if analysis.near and not bent:
         bent = [NEAR.format(analysis.in_words(short(analysis.near)), analysis.tried)]
-    return [answer, *later, slowest, sampled, *bent]
+    return [*later, *(bent if analysis.stable else [])]
+
+
+def of_poles(analysis: Analysis) -> str:
+    """What is constant in a loop, and how it is sampled."""
+    period, kept = analysis.loop.period, len(Modes(analysis.loop).staying)
+    still = dict.fromkeys(name for pole in analysis.poles if not pole.frequency for name in pole.states)
+    constant = "mode neither grows nor decays" if kept == 1 else "modes neither grow nor decay"
+    felt = "" if analysis.not_held else f", without effect on {listed(period.pose.names)}"
+    said = f"{kept} {constant}{felt}: {analysis.in_words(still)}. " if kept else ""
+    return f"{said}The loop has {len(period.names)} states and a common period of {1e3 * period.length:g} ms."
 
 
 FEW = 2
@@ -157,7 +152,39 @@ PLACES = {"thrust": 0, "z": 0, "yaw": 1, "pitch": 2, "x": 2, "roll": 3, "y": 3}
 
 def place_of(name: str, place: int) -> int:
     """The place of the style of a channel, or of what it moves, in every figure. place: for any other name."""
-    return PLACES.get(name, place) % len(LINES)
+    return PLACES.get(name.partition(" and ")[0], place) % len(LINES)
+
+
+ALIKE_CURVES = 0.005
+"""Share by which curves differ that are drawn as one."""
+
+
+def distinct(count: int, alike: Callable[[int, int], bool]) -> list[list[int]]:
+    """The places of curves, those that look the same together."""
+    found: list[list[int]] = []
+    for i in range(count):
+        same = next((those for those in found if alike(those[0], i)), None)
+        if same is None:
+            found.append(same := [])
+        same.append(i)
+    return found
+
+
+def merged(shown: OpenLoop) -> OpenLoop:
+    """With channels that look the same as one."""
+    apart = ALIKE_CURVES * np.abs(shown.loop)
+    groups = distinct(
+        len(shown.channels), lambda a, b: bool((np.abs(shown.loop[:, a] - shown.loop[:, b]) <= apart[:, a]).all())
+    )
+    place = {i: k for k, those in enumerate(groups) for i in those}
+    return shown._replace(
+        channels=tuple(
+            shown.channels[those[0]]._replace(name=listed([shown.channels[i].name for i in those])) for those in groups
+        ),
+        loop=shown.loop[:, [those[0] for those in groups]],
+        phases=[(place[i], degrees, at) for i, degrees, at in shown.phases],
+        gains=[(place[i], gain) for i, gain in shown.gains],
+    )
 
 
 def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
@@ -277,8 +304,13 @@ def draw_steps(path: Path, steps: Sequence[StepResponse], sheet: Sheet) -> None:
     """Response of each stepped quantity to its step of the path."""
     with figure_at(path, sheet, (PHONE, 3.7, 3.4), 0.15, 0.14, 0.965, 0.97) as figure:
         axes = figure.subplots()
-        for i, step in enumerate(steps):
-            axes.plot(step.t, step.value, label=f"{step.name} [{step.unit}]", **LINES[place_of(step.name, i)])
+        most = ALIKE_CURVES * max(float(np.abs(step.value).max()) for step in steps)
+        for those in distinct(
+            len(steps),
+            lambda a, b: steps[a].unit == steps[b].unit and float(np.abs(steps[a].value - steps[b].value).max()) <= most,
+        ):
+            step, name = steps[those[0]], listed([steps[i].name for i in those])
+            axes.plot(step.t, step.value, label=f"{name} [{step.unit}]", **LINES[place_of(name, those[0])])
         axes.axhline(1.0, color="0.5", linewidth=0.8)
         axes.set_xlim(0.0, min(SETTLINGS * max(step.settling for step in steps), max(float(step.t[-1]) for step in steps)))
         axes.set(xlabel="time [s]", ylabel="response to a step of 1")

@@ -20,7 +20,6 @@ ROW_HEADER = ("", "grade", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]
 WORST_HEADER = ("margin", "worst", "channel", "where")
 
 PHASE, DISK = "phase [°]", "smallest disk margin"
-PEAKS = {"largest sensitivity": "up to 2 is customary", "largest complementary sensitivity": "up to 1.25 is customary"}
 
 MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, Callable[[Margins], str]], ...] = (
     ("gain up [dB]", lambda one: one.gain_up, True, lambda one: decibels(one.gain_up)),
@@ -50,20 +49,16 @@ class LeastMargin(NamedTuple):
     where: str
 
 
-def finding(analysis: Analysis) -> str:
-    """The grade, which margin limits the loop, and then the others, in sentences; where none is asked, the grade alone."""
+def finding(analysis: Analysis, but: str = "") -> str:
+    """The grade as a sentence; of a sound loop with the margin nearest to its limit, or with what its mission's flight does
+    that was not asked.
+    """
     grade = graded(analysis)
     asked = [one for one in grade.measures if one.limit > 0.0 and math.isfinite(one.value)]
-    if not asked:
-        return grade.sentence
-    least = min(asked, key=lambda one: one.value / one.limit)
-    others = explained(analysis, [one for one in grade.measures if one is not least])
-    enough = f"{'with' if grade.word == SOUND else 'but without'} enough margin ({grade.word})"
-    return (
-        f"At rest at the start of its path, the loop is stable, {enough}: what limits it is the {least.what} margin, "
-        f"{least.text(least.value)} ({least.channel}), where a sound loop has at least "
-        f"{least.text(least.limit)}. {others[0].upper()}{others[1:]}."
-    )
+    if grade.word == SOUND and asked:
+        least = min(asked, key=lambda one: one.value / one.limit)
+        grade = grade._replace(why=explained(analysis, [] if but else [least]))
+    return f"{grade.sentence[:-1]}; however, {but}." if but else grade.sentence
 
 
 def stable(loops: Loops) -> list[tuple[str, Analysis]]:
@@ -140,10 +135,10 @@ def facts(loops: Loops) -> list[Fact]:
     for what, one, unit, way in (
         ("gain", gain[0], "\u00a0dB", gain[1]), ("phase", known.get(PHASE), "°", ""),
         ("delay", known.get("delay [ms]"), "\u00a0ms", ""), ("disk", known.get("disk"), "", ""),
-        *((peak, known.get(name), "", "") for name, peak in zip("ST", PEAKS, strict=True)),
     ):  # fmt: skip
         if one:
             value = one.text if one.text == "none" else f"{one.text.removeprefix('-') if way else one.text}{unit}"
-            called = what if what in PEAKS else f"smallest {what} margin"
-            made.append(Fact(called, value, ", ".join(part for part in (one.channel, one.where, way) if part)))
+            made.append(
+                Fact(f"smallest {what} margin", value, ", ".join(part for part in (one.channel, one.where, way) if part))
+            )
     return made

@@ -80,7 +80,7 @@ REPORT, HEAD = "report.html", 100_000
 
 TITLE, KIND = re.compile(r"<title>(.*?)</title>", re.DOTALL), re.compile(r"<span>quadstep · (.*?)</span>")
 ANSWER, TAG = re.compile(r'<p class="answer">(.*?)</p>', re.DOTALL), re.compile(r"<[^>]*>")
-FACT = re.compile(r"<div><dt>(.{1,400}?)</dt><dd>(.{1,400}?)(?:<small>(.{1,400}?)</small>)?</dd>")
+FACT = re.compile(r"<div><dt>(.{1,400}?)</dt><dd[^>]*>(.{1,400}?)(?:<small>(.{1,400}?)</small>)?</dd>")
 MOST_FACTS = 8
 
 

@@ -71,13 +71,14 @@ LONG = 30
 
 class Fact(NamedTuple):
     """One of the numbers that a summary shows. what: it is of. value: as people write it. more: in small print, its interval
-    in words, say. verbatim: whether `what` is a file's name and not a symbol.
+    in words, say. verbatim: whether `what` is a file's name and not a symbol. kind: "fair" or "fails", of what warns.
     """
 
     what: str
     value: str
     more: str = ""
     verbatim: bool = False
+    kind: str = ""
 
 
 Cell = str | tuple[str, str]
@@ -180,7 +181,8 @@ def summary(
     """
     first, *rest = SENTENCE.split(answer, maxsplit=1)
     tiles = "".join(
-        f"<div><dt>{escape(one.what) if one.verbatim else rich(one.what)}</dt><dd>{rich(one.value)}"
+        f"<div><dt>{escape(one.what) if one.verbatim else rich(one.what)}</dt>"
+        f"<dd{one.kind and f' class={one.kind}'}>{rich(one.value)}"
         f"{f'<small>{rich(one.more)}</small>' if one.more else ''}</dd></div>"
         for one in facts
     )

@@ -24,7 +24,9 @@ from quadstep.studies.tuning.gains import filled_in
 if TYPE_CHECKING:
     from quadstep.mission.schema import Mission
 
-BAD_LOOPS = "fragile", "unstable"
+BAD_LOOPS = {"fragile": "fair", "unstable": "fails"}
+"""How their cards warn."""
+
 IN_SUMMARY = 2
 """Figures."""
 
@@ -165,7 +167,8 @@ def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fa
         along = f"from the path{when}" if "largest_error[m]" in metrics else "along one axis"
         found.append(markup.Fact("largest error", units.quantity(largest, "m"), f"{along}{counted and f'; counted{counted}'}"))
     rest = rest_of(metrics)
-    loop = [markup.Fact("loop at rest where the path begins", rest["grade"], rest["why"])] if rest else []
+    kind = BAD_LOOPS.get(rest.get("grade", ""), "")
+    loop = [markup.Fact("loop at rest where the path begins", rest["grade"], rest["why"], kind=kind)] if rest else []
     return [*found, *of_limits(metrics, ", in the whole flight" if counted else ""), *loop]
 
 

@@ -90,19 +90,24 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
         facts=facts(c),
         figures=[Figure(NAME, f"{seen(c)}{'' if lost else ' Time is logarithmic.'}")],
         sections=[
-            TableSection("Conditions", "conditions", CONDITIONS, found.conditions, shown=name),
-            TableSection("Ball", "ball", ("", "measured", "bound", ""), found.ball, BALL, shown="The ball"),
-            TableSection("What changed L", "changes", ("", "added to L"), found.changes, CHANGED, shown="What changed L"),
-            TableSection("Checks", CHECKS, ("", "share", "should be", ""), found.ways, CHECKED, shown=WAYS),
+            TableSection("Conditions", "conditions", CONDITIONS, found.conditions, ASKED, shown=name),
+            TableSection("Ball", "ball", ("", "measured", "bound", ""), found.ball, BALL, shown="The ball", most=4),
+            TableSection("What changed L", "changes", ("", "added to L"), found.changes, CHANGED),
+            TableSection("Checks", CHECKS, ("", "share", "should be", ""), found.ways, CHECKED),
             Figure(CHECKS, f"{checked(c)} Axes are logarithmic, those of rates on both sides of zero."),
-            TableSection("", "", ("", "value"), found.others, f"{OTHERS}:", shown=OTHERS),
+            TableSection("", "", ("", "value"), found.others, OTHERS),
         ],
         cases=(Case("completed", lost),),
         fold=(CHECKS,),
     )
 
 
-CONDITIONS = ("", "on this flight", "at any attitude", "must be", "verdict")
+CONDITIONS = ("", "this flight", "any attitude", "must be", "verdict")
+ASKED = (
+    "Each margin is the smallest over the axes. J_M is the largest eigenvalue of J. The coupling, which the paper leaves out, "
+    "allows a thrust of 2 l_2 sqrt(k_1 k_2), which must be above the largest one flown: k_1 and k_2 are the first and the "
+    "third margin, and l_2 is the smallest entry of Lambda2."
+)
 BALL = (
     "L (Eq. 55) joins all errors in one energy: the filtered errors r = (r_1, r_2), their integrals, and how far the weights "
     "of the nets are from ideal ones. Theorem 5.1 promises that L falls while |r| > b_r = (kappa W_B^2 / 4 + eps_N) / K_min, "
@@ -119,5 +124,4 @@ CHECKED = (
 )
 """What the rows of the tables are about."""
 
-WAYS = "L_dot by its formula, beside two other ways to compute it"
-OTHERS = "Other definitions, and the coupling beside the damping"
+OTHERS = "Other definitions, and the coupling beside the damping:"

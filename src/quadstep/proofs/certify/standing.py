@@ -60,12 +60,7 @@ def of_ball(c: FlightCertificate) -> str:
 INSIDE = "the error never left the ball b_r, outside which L should fall"
 
 TESTING = "examples/theorem_tested.toml"
-"""A mission whose flight tests the theorem, and what it is."""
-
-TESTS_IT = (
-    f"{TESTING} does test it: a hover with an initial yaw error of 0.5 rad, K_r1 = 300 N s/m, Lambda2 = 1 1/s, no nets and no "
-    "disturbance"
-)
+"""A mission whose flight tests the theorem."""
 
 ANSWERS = {
     "conditions broken": "is not covered by the proof of Theorem 5.1: ",
@@ -79,7 +74,7 @@ ANSWERS = {
 
 
 def answer(c: FlightCertificate) -> str:
-    """Whether the theorem applies and is tested, in a sentence; what breaks it, what would repair that, and what raised L."""
+    """Whether the theorem applies and is tested, in a sentence; what breaks it, and what would repair that."""
     what, broken, lost = standing(c), c.conditions.broken(), kind(c) == "lost"
     unprinted = " but the paper does not print" * c.conditions.printed_hold
     more = {
@@ -96,14 +91,8 @@ def answer(c: FlightCertificate) -> str:
     if broken:
         said.append(f"What fails: {'; '.join(broken)}. What would repair it, at this thrust and these attitudes: ")
         said[-1] += f"{units.listed(c.conditions.repairs())}."
-    if what == "conditions broken" and c.b_r and not c.outside.any():
-        said.append(f"The flight would not test the theorem either: {INSIDE}.")
-    said += [*(untested(c) if what == "sign consistent" else ()), raised_by(c)]
-    if c.undefined:
-        beyond = f", beyond b_r = {c.b_r:.4g}" if c.b_r and c.later.max() > c.b_r else ""
-        said.append(f"The judgement stops at {c.until:.3g} s: the law then commands {c.undefined}{NO_RATES}.")
-        said.append(f"In the rest of the flight, faint in the figure, |r| reached {c.later.max():.4g}{beyond}.")
-    said += [f"{TESTS_IT}."] * (what == "untested" and not lost)
+    said += untested(c) if what == "sign consistent" else []
+    said += [f"The flight of {TESTING} does test it."] * (what == "untested" and not lost)
     return " ".join(said)
 
 
@@ -119,18 +108,18 @@ def facts(c: FlightCertificate) -> list[Fact]:
     """Whether the conditions hold, whether the flight tests the theorem, what L did there, and how the flight ended."""
     broken, count, rising = c.conditions.broken(), int(c.outside.sum()), int((c.outside & ~(c.lyapunov.rate < 0.0)).sum())
     none = "not tested", "no sample is there" if c.b_r else "there is no ball"
-    leaps = standing(c) == "rising between samples"
+    leaps, lost = standing(c) == "rising between samples", c.outcome is not Outcome.COMPLETED
     fell = ("undecided", rises(c)) if leaps else ("fell", f"L_dot < 0 at all {count:,} samples outside b_r")
     rose = "rose", f"at {rising:,} of {count:,} samples outside b_r"
     return [
-        Fact("conditions of the proof", "violated" if broken else "hold", "; ".join(broken)),
+        Fact("conditions of the proof", "violated" if broken else "hold", kind="fails" * bool(broken)),
         Fact(
             "samples outside the ball b_r",
             f"{f'{count:,}' if count else 'none'} of {len(c.r):,}",
-            f"largest |r| = {c.r.max():.4g}, {ball(c)}",
+            f"{f'up to {c.until:.3g} s; ' * bool(len(c.later))}largest |r| = {c.r.max():.4g}, {ball(c)}",
         ),
-        Fact("L outside the ball", *(none if not count else rose if rising else fell)),
-        Fact("the flight", "completed" if c.outcome is Outcome.COMPLETED else "lost", f"at {c.ended:.4g} s"),
+        Fact("L outside the ball", *(none if not count else rose if rising else fell), kind="fails" * bool(rising)),
+        Fact("the flight", "lost" if lost else "completed", f"at {c.ended:.4g} s", kind="fails" * lost),
     ]
 
 
@@ -181,38 +170,20 @@ def parts(c: FlightCertificate) -> dict[str, Array]:
     return {TERMS[name][0]: values for name, values in work(c).items() if name != "filtering"}
 
 
-def raised(c: FlightCertificate) -> list[tuple[float, str]]:
-    """The terms that raised L over the flight: work [J] and term, the largest first."""
-    return sorted(((float(values[-1]), said) for said, values in parts(c).items() if values[-1] > 0.0), reverse=True)
-
-
-def about(share: float) -> str:
-    """A share in whole percent: how the work is split depends on where in a period terms are taken."""
-    return "less than 1 %" if share < 0.01 else "more than 99 %" if 0.99 < share < 1.0 else f"{100.0 * share:.0f} %"
-
-
-def raised_by(c: FlightCertificate) -> str:
-    """The same in a sentence."""
-    meant, found = dict(TERMS.values()), raised(c)
-    whole = sum(one for one, _ in found)
-    said = [f"{about(one / whole)}{' comes' * (not at)} from {meant[term]}" for at, (one, term) in enumerate(found)]
-    over = "over the flight" if c.outcome is Outcome.COMPLETED else f"up to {c.until:.3g} s"
-    some = f"Of the {units.quantity(whole, 'J')} that terms added to L on balance {over}, {units.listed(said)}."
-    return some if said else f"On balance {over}, no term added to L."
-
-
 def seen(c: FlightCertificate) -> str:
     """What the figure shows of this flight, in sentences."""
     every, shown = parts(c), visible(c)
-    left, rest = ("", "") if not len(c.later) else (f"up to {c.until:.3g} s, ", " What follows, not judged, is faint.")
+    left, rest = ("", "")
+    if len(c.later):
+        left, rest = f"up to {c.until:.3g} s, ", " What follows is faint and not judged"
+        rest += f": the law then commands {c.undefined}{NO_RATES}." if c.undefined else "."
     begins = c.history.t[seen_from([*shown.values()])]
     late = "" if c.outcome is Outcome.COMPLETED or not begins else f" begins at {begins:.2g} s, where areas can first be seen"
     none = [name for name, values in every.items() if not values.any()]
     faint = [name for name in every if name not in (*shown, *none)]
     return (
-        f"Left: {left}{of_ball(c)}.{rest} Theorem 5.1 promises only that L falls outside the ball b_r. Right{late}: "
-        "what each term of L_dot has added to L up to each time, or taken from it, as areas; sampling is the remainder, since "
-        "commands are held between samples. The line is their sum, the change of L since the start."
+        f"Left: {left}{of_ball(c)}.{rest} Right{late}: what each term of L_dot has added to L since the start, or taken from "
+        "it, as areas; sampling is what holding commands between samples adds. The line is their sum."
         f"{f' Too small to be drawn: {units.listed(faint)}.' if faint else ''}"
         f"{f' Zero throughout: {units.listed(none)}.' if none else ''}"
     )

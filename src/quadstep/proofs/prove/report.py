@@ -33,7 +33,7 @@ FROM_PATH = "from the path"
 
 
 class ProofVerdict(NamedTuple):
-    """The result. rows: axis, and its bounds. says: sentences. written: its certificate. cards: instead of the bounds'.
+    """The result. rows: axis, and its bounds. says: sentences. written: its certificate. cards: the same as rows.
     settings: how it was computed, name and value.
     """
 
@@ -119,7 +119,7 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
     others = verdict.says[1:]
     opened = [line for line in others if line.startswith("undecided: ")]
     shown = "In numbers" if verdict.kind is VerdictKind.DISPROVED else "The bounds"
-    sections: list[Section] = [TableSection(shown, "bounds", verdict.columns, verdict.rows)]
+    sections: list[Section] = [] if verdict.cards else [TableSection(shown, "bounds", verdict.columns, verdict.rows)]
     if opened:
         sections += [markup.heading("What is undecided", "undecided"), markup.listing(map(sentence, opened))]
     sections += [markup.paragraph(sentence(line)) for line in others if line not in opened]
@@ -153,4 +153,5 @@ def facts(verdict: ProofVerdict) -> list[markup.Fact]:
         markup.Fact(f"{name}, {verdict.columns[-1]}", value, f"proved{UNTIL}{end}" if end else "")
         for name, (value, _, end) in bounds
     ]
-    return [markup.Fact("verdict", word), *(verdict.cards or cards)]
+    said = markup.Fact("verdict", word, kind="fails" * (verdict.kind is VerdictKind.DISPROVED))
+    return [said, *(verdict.cards or cards)]

@@ -214,22 +214,24 @@ def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> Pro
     place = ", ".join(f"{one:g}" for one in at.position)
     doubling = f"{math.log(2.0) / growth.slowest:.3g} s"
     says = [
-        f"disproved: the claim that flights which begin near hover at the path's end, ({place}) m, stay near it. Hover "
-        f"there is unstable: starts arbitrarily near it are driven away, the fastest error doubling every {doubling}. It is "
-        f"an exact equilibrium of the sampled loop, and {growth.unstable} of the {growth.states} eigenvalues of its Jacobian "
-        "lie outside the unit circle, the law taken in exact arithmetic. The fastest error grows at "
-        f"{rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s. `fly` and `linear` judge rest where "
-        "the path begins, where a deviation may grow at another rate.",
+        f"disproved: flights that begin near hover at the path's end, ({place}) m, do not all stay near it: hover is unstable "
+        f"there, and the fastest error doubles every {doubling}. This is shown for the law in exact arithmetic. `fly` and "
+        "`linear` judge rest where the path begins, where a deviation may grow at another rate.",
         *consequence(plan),
         flight_says(log),
     ]
     cards = [
-        Fact("hover", "unstable"),
-        Fact("fastest error", f"{growth.slowest:.3g} 1/s", f"doubles every {doubling}"),
-        Fact("eigenvalues", f"{growth.unstable} of {growth.states}", "outside the unit circle"),
+        Fact("eigenvalues outside the unit circle", f"{growth.unstable} of {growth.states}", "hover is an exact equilibrium"),
+        Fact(
+            "growth of the fastest error",
+            f"{rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s",
+        ),
     ]
     found, note = flown_verdict(name, plan, log, says), "The proof is about hover at the path's end, not this flight."
-    return found._replace(cards=cards, pictures=[one._replace(caption=f"{one.caption} {note}") for one in found.pictures])
+    shown = [one._replace(caption=f"{one.caption} {note}") for one in found.pictures]
+    return found._replace(
+        rows=[[one.what, one.value] for one in cards], columns=("at hover", "proved"), cards=cards, pictures=shown
+    )
 
 
 def consequence(plan: FlightPlan) -> list[str]:
@@ -242,10 +244,10 @@ def consequence(plan: FlightPlan) -> list[str]:
     if min(outer, inner) <= 0.0:
         return []
     return [
-        f"Theorem 5.1: its printed conditions hold here (least K_r1 - m Lambda1 = {outer:g} N s/m, least K_r2 - J_M Lambda2 = "
-        f"{inner:g} N m s at any attitude), so they do not keep the law as flown, sampled every "
-        f"{1e3 * plan.ticks.step * plan.ticks.every[-1]:g} ms with its command filter, near its equilibrium. The theorem "
-        "itself speaks of continuous time."
+        f"The printed conditions of Theorem 5.1 hold here (K_r1 - m Lambda1 is at least {outer:g} N s/m, K_r2 - J_M Lambda2 "
+        f"at least {inner:g} N m s), but do not keep the law as flown near its equilibrium. The theorem is in continuous time "
+        f"and without a command filter; the flown law has one, and is sampled every "
+        f"{1e3 * plan.ticks.step * plan.ticks.every[-1]:g} ms."
     ]
 
 
@@ -253,7 +255,7 @@ def flight_says(log: FlightLog) -> str:
     """How the mission's own flight ended."""
     lost = f"lost at {log.ended:.4g} s ({REASONS.get(log.outcome, '')})"
     ended = f"completed in {log.ended:g} s" if log.outcome is Outcome.COMPLETED else lost
-    return f"The mission's own flight was {ended}; the table shows its largest errors."
+    return f"The mission's own flight was {ended}."
 
 
 def flown_verdict(name: str, plan: FlightPlan, log: FlightLog, says: list[str]) -> ProofVerdict:
