@@ -262,12 +262,10 @@ LOST = '[[events]]\ntype = "rotor"\ntime = 1.0\nrotor = 1\nefficiency = 0.0\n[si
 def test_what_the_mission_s_flight_does_comes_before_a_grade_that_leaves_it_out(tmp_path):
     mission = write(tmp_path, MISSION + LOST)
     run = quadstep("linear", mission, "--out", tmp_path / "linear")
-    found = grade(read_mission(mission))
     said = strict_json(tmp_path / "linear" / "linear.json")["sentences"][0]
     lost = r"; however, the mission's flight is lost at [\d.]+ s \(more than 100 m from its path\)\."
-    assert re.fullmatch(re.escape(f"At rest at the start of its path, the loop is sound: {found.why}") + lost, said)
-    assert found.why.endswith("; events are ignored")
-    assert quick_grade(read_mission(mission))["why"] == found.why
+    assert re.fullmatch("At rest at the start of its path, the loop is sound: events are ignored" + lost, said)
+    assert quick_grade(read_mission(mission))["why"].endswith("; events are ignored")
     assert said in " ".join(run.out.split())
     report = unescape((tmp_path / "linear" / "report.html").read_text(encoding="utf-8"))
     assert said in report.replace("\u00a0", " ")

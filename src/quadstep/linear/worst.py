@@ -58,7 +58,7 @@ def finding(analysis: Analysis, but: str = "") -> str:
     if grade.word == SOUND and asked:
         least = min(asked, key=lambda one: one.value / one.limit)
         grade = grade._replace(why=explained(analysis, [] if but else [least]))
-    return f"{grade.sentence[:-1]}; however, {but}." if but else grade.sentence
+    return f"{grade.sentence[:-1].removesuffix(': ')}; however, {but}." if but else grade.sentence
 
 
 def stable(loops: Loops) -> list[tuple[str, Analysis]]:
