@@ -18,8 +18,8 @@ from quadstep.linear.analysis import StepResponse, analyse_rest, of_loop, worst_
 from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.nearby import MOVED
 from quadstep.linear.run import off_the_step, record
-from quadstep.linear.states import states, with_states
-from quadstep.linear.tables import OpenLoop, kinks, mark_margins, sentences
+from quadstep.linear.states import Channel, states, with_states
+from quadstep.linear.tables import OpenLoop, kinks, mark_margins, merged, sentences
 from quadstep.linear.transfer import frequencies, opened, transfer
 from quadstep.linear.worst import cells, facts, grades
 from quadstep.numbers import Vector, vector, where
@@ -435,6 +435,17 @@ def test_the_nose_that_is_nearest_to_a_heading_turns_farther_than_it_where_the_t
         ends = [nose(heading + towards, turned)[:, 0] for turned in (-1e-6, 1e-6)]
         turn = math.remainder(math.atan2(ends[1][1], ends[1][0]) - math.atan2(ends[0][1], ends[0][0]), 2.0 * math.pi)
         assert turn / 2e-6 == pytest.approx(gain, rel=1e-5)
+
+
+@pytest.mark.parametrize(("factor", "names"), [(1.001, ["thrust", "roll and pitch"]), (1.02, ["thrust", "roll", "pitch"])])
+def test_channels_are_drawn_as_one_only_where_nobody_could_tell_them_apart(factor, names):
+    omega = np.geomspace(0.1, 100.0, 50)
+    roll = 10.0 / (1j * omega)
+    loop = np.stack([1.0 / omega + 0j, roll, np.where(omega > 50.0, factor, 1.0) * roll], axis=1)
+    channels = tuple(Channel(name, "N") for name in ("thrust", "roll", "pitch"))
+    found = merged(OpenLoop(channels, omega, loop, None, [(2, 40.0, 10.0)], [(0, 6.0)]))
+    assert [one.name for one in found.channels] == names
+    assert (found.loop.shape[1], found.phases[0][0], found.gains[0][0]) == (len(names), len(names) - 1, 0)
 
 
 @pytest.mark.parametrize("apart", [1.2, 1.5, 4.0])
