@@ -120,7 +120,7 @@ def test_a_walk_shows_what_was_not_guessed_and_ends_with_how_many_guesses_were_r
     assert page.locator(".guide-trial").is_visible() and "K_r1:1.5" in page.evaluate("location.hash")
     page.click("#guide-finish")
     card = page.locator(".guide-card").inner_text()
-    assert "You guessed 1 of 2 right." in card and "quadstep explain" in card and "Six motions, four inputs" in card
+    assert "Right guesses: 1 of 1." in card and "quadstep explain" in card and "Six motions, four inputs" in card
     assert page.evaluate("quadstep.settings().values") == {}
     assert page.locator(".guide-plot .plot").count() == 0
 

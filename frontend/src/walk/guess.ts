@@ -6,15 +6,15 @@ import { fill, h } from "../view/dom";
 import { quantity } from "../view/format";
 import { rich } from "../view/notation";
 
-/** The question, and what answers it without a guess. made: called once, with what is then said, and whether the guess was right. */
-export function question(guess: Guess, made: (verdict: HTMLElement, right: boolean) => void): { host: HTMLElement; show: () => void } {
+/** The question, and what answers it without a guess. made: called once, with what is then said, and whether the guess, if there was one, was right. */
+export function question(guess: Guess, made: (verdict: HTMLElement, right: boolean | undefined) => void): { host: HTMLElement; show: () => void } {
   const host = h("div", { class: "guide-guess", role: "group", "aria-label": "Guess first" });
   const take = (place?: number): void => {
     const right = guess.choices[guess.answer]!;
     const said = place === undefined ? `The answer: ${right}.` : place === guess.answer ? `✓ You guessed right: ${right}.` : `✕ You guessed “${guess.choices[place]!}”; the answer is “${right}”.`;
     const verdict = h("p", { class: "guide-text", tabindex: -1, id: "guess-verdict" }, ...rich(said));
     fill(host, h("p", { class: "guide-text" }, ...rich(guess.ask)), verdict);
-    made(verdict, place === guess.answer);
+    made(verdict, place === undefined ? place : place === guess.answer);
   };
   const buttons = guess.choices.map((choice, place) => {
     const button = h("button", { type: "button", class: "plain choice" }, ...rich(choice));

@@ -87,14 +87,13 @@ export class Guide {
 
   /** The last step's flight as its file has it, how good the guesses were, and what there is besides. */
   private finish(): void {
-    const asked = this.story.steps.filter(({ guess }) => guess).length;
-    const good = [...this.right.values()].filter(Boolean).length;
+    const guesses = [...this.right.values()];
     const { flight } = this.step!;
     this.close();
     this.session.select(flight);
     const beside = this.session.page.links.map(({ label, href }) => h("a", { href }, label)).flatMap((link) => [" ", link, "."]);
-    const more = h("span", {}, "The sliders and flights of this page are yours now.", ...beside, " To go on: ", h("code", {}, "quadstep explain"), " writes an article that takes the proof apart; the ten lessons of the documentation begin with “Six motions, four inputs”, and ", h("code", {}, "quadstep check"), " flies your solutions of their exercises.");
-    this.invite("The end of the walk", "Walk again", asked ? `You guessed ${good} of ${asked} right. ` : "", more);
+    const more = h("span", {}, "All sliders are yours now.", ...beside, " ", h("code", {}, "quadstep explain"), " writes an article that takes the proof apart. The ten lessons of the documentation begin with “Six motions, four inputs”; ", h("code", {}, "quadstep check"), " grades their exercises.");
+    this.invite("The end of the walk", "Walk again", guesses.length ? `Right guesses: ${guesses.filter(Boolean).length} of ${guesses.length}. ` : "", more);
   }
 
   /** Until a guess is made nothing can be tried that answers it. */
@@ -143,10 +142,10 @@ export class Guide {
       h("p", { class: "guide-text guide-where" }, step.watch === "scene" ? "The vehicle in the scene" : `“${flat(title)}”`, step.watch === "scene" ? null : h("span", { class: "guide-right" }, ", the first plot on the right"), step.look && `: ${step.look}`, "."),
       inline,
     );
-    const guessed = (verdict: HTMLElement, right: boolean): void => {
+    const guessed = (verdict: HTMLElement, right: boolean | undefined): void => {
       waiting = false;
       onward.textContent = place < last ? "Next" : "Finish";
-      this.right.set(place, right);
+      if (right !== undefined) this.right.set(place, right);
       trial.hidden = false;
       this.wait(false);
       watch();

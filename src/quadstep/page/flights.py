@@ -103,7 +103,7 @@ def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> Fli
             live, reason = fliers(flown, plan, laws), ""
         except UserError as error:
             reason = str(error)
-    rest = rest_of(flown.metrics)
+    rest = {key: said.partition(";")[0] for key, said in rest_of(flown.metrics).items()}  # why: what is too small
     why_not = f"This flight is a recording; it cannot be flown in the page: {reason}." if reason else ""
     return FlightData(
         id=flown.id,
