@@ -97,13 +97,9 @@ def test_the_comparison_in_numbers():
     assert found.objective.present.low < before.mean() < found.objective.present.high
     assert found.success[0] == pytest.approx((1.0, 0.9817, 1.0), abs=1e-4)
     worse = answer(compare(judge(), flown(before), flown(before + 0.1))).replace("\N{NO-BREAK SPACE}", " ")
-    assert re.search(r"WORSE on .* do not use them\. The objective rises by [\d.]+ \[[\d., ]+\] %\.", worse)
+    assert re.search(r"WORSE on .* do not use them\. The objective rises by [\d.]+ %\.", worse)
     less = answer(compare(judge(), flown(before), flown(before * random.uniform(0.4, 0.6, 200))))
-    moved = r"The mean position RMSE falls from 1\.\d+ m to \d+ mm\."
-    assert re.search(
-        rf"not tuned on: the objective falls by ([\d.]+) \[[\d.]+, [\d.]+\] %\. {moved}",
-        less.replace("\N{NO-BREAK SPACE}", " "),
-    )
+    assert re.search(r"not tuned on: the objective falls by [\d.]+ %\.$", less.replace("\N{NO-BREAK SPACE}", " "))
     noise = before + random.normal(0.0, 0.05, 200)
     assert "No firm evidence" in compare(judge(), flown(before), flown(noise - noise.mean() + before.mean())).verdict
     assert "No firm evidence" in compare(judge(), flown(before), flown(before * (1.0 - 1e-5))).verdict
@@ -123,8 +119,7 @@ def test_more_flights_that_succeed_count_before_a_smaller_objective():
 def test_a_better_objective_is_not_told_without_the_flights_that_fail_with_it():
     rmse, half = np.full(100, 1.0), np.where(np.arange(100) < 50, 5.0, 10.0)
     found = compare(judge(), flown(rmse, ended=half), flown(0.5 * rmse, ended=half))
-    assert ": the objective falls by 50 %. The mean position RMSE falls from " in answer(found)
-    assert answer(found).endswith(" With them 50 % of the flights succeed.")
+    assert answer(found).endswith(": the objective falls by 50 %. With them 50 % of the flights succeed.")
     assert not answer(compare(judge(), flown(rmse), flown(0.5 * rmse))).endswith("succeed.")
 
 
@@ -175,13 +170,9 @@ def test_better_gains_are_not_praised_without_their_price():
     def said(*tuned):
         return answer(compare(asked, having(1.0, 10.0, 0.9, 0.09), having(*tuned))).partition(" The price: ")[2]
 
-    rises, falls = (
-        "the mean thrust variation rises from 10.0 N to 30.0 N",
-        "the phase margin falls from 51.6° to 34.4° (limit 28.6°)",
-    )
-    assert said(0.5, 30.0, 0.6, 0.1) == f"{rises} and {falls}."
-    assert said(0.5, 5.0, 0.6, 0.1) == f"{falls}."
-    assert said(0.5, 5.0, 1.0, 0.05) == "the delay margin falls from 90.0 ms to 50.0 ms (limit 10.0 ms).", "far from it, too"
+    assert said(0.5, 30.0, 0.6, 0.1) == "more thrust variation and less phase margin."
+    assert said(0.5, 5.0, 0.6, 0.1) == "less phase margin."
+    assert said(0.5, 5.0, 1.0, 0.05) == "less delay margin.", "far from its limit, too"
     assert said(0.5, 5.0, 1.0, 0.1) == ""
     assert said(2.0, 30.0, 0.6, 0.05) == "", "which are not better"
     table = measured_rows(

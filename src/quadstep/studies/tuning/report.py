@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from quadstep.linear.grade import UNKNOWN, UNSTABLE, WORST_FIRST
-from quadstep.metrics.registry import at_rest, at_rest_sentences
+from quadstep.metrics.registry import at_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import Case
 from quadstep.mission.read import check_mission
@@ -37,7 +37,7 @@ def evidence(
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
     both = f"{flights}, the same for both; 95 % intervals. Differences of metrics are over flights completed with both."
     alone = "Nothing is random in this mission, so there is one flight with each set of gains."
-    written = "Margins are those of the mission as written." * bool(compared.limits)
+    written = "Margins and their limits are for the mission as written, whatever varies in flight." * bool(compared.limits)
     notes = both if many else alone, success, objective(request), written, compared.from_the_start
     return Evidence(
         name=request.mission.name,
@@ -99,9 +99,7 @@ def caution(present: Mapping[str, str], tuned: Mapping[str, str]) -> str:
         return ""
     why = {"why": "ask `quadstep linear`"} if after == UNKNOWN else {}
     said = at_rest({"grade": after, **tuned, **why}, "the loop with the tuned gains")
-    return " ".join(
-        [f"Before you fly them: {said}.", *at_rest_sentences({"grade": before}, "the loop with the current gains")]
-    )
+    return f"Before you fly them: {said}."
 
 
 def broken(request: TuningRequest, result: SearchResult, compared: Compared) -> str:
@@ -193,21 +191,20 @@ def with_limit(row: Row, limit: Constraint) -> list[str]:
 
 
 def answer(compared: Compared) -> str:
-    """The verdict, by how much, and what share succeeds where some do not."""
+    """The verdict, by how much, which errors rise all the same, and what share succeeds where some do not."""
     present, tuned = compared.success
     moves = ""
     if compared.better:  # whatever the objective
-        moves = "".join(f" The {said}." for one in compared.rows[:2] if (said := moved(compared, one))) + price(compared)
+        told = [said for one in compared.rows[:2] if " rises " in (said := moved(compared, one))]
+        moves = "".join(f" The {said}." for said in told) + price(compared)
     if certain_sign(compared.success_difference, compared.flights == 1):  # which decides
         verb = "rises" if tuned.value > present.value else "falls"
-        shares = (units.percent(*(one if compared.flights > 1 else one[:1])) for one in (present, tuned))
+        shares = (units.percent(one.value) for one in (present, tuned))
         return with_number(compared, f"success {verb} from {' to '.join(shares)}.") + moves
     said = compared.verdict
     if compared.verdict != UNCHANGED and compared.change:
-        value, *ends = compared.change
-        low, high = sorted(map(abs, ends)) if ends[0] * ends[1] > 0.0 and ends[1] - ends[0] > 1e-9 else (math.nan, math.nan)
-        by = units.percent(abs(value), low, high)
-        said = with_number(compared, f"the objective {'falls' if value < 0.0 else 'rises'} by {by}.")
+        value = compared.change.value
+        said = with_number(compared, f"the objective {'falls' if value < 0.0 else 'rises'} by {units.percent(abs(value))}.")
     said += moves
     if tuned.value < 1.0:
         share = f"{units.percent(tuned.value)} of the flights succeed"
@@ -227,12 +224,9 @@ def price(compared: Compared) -> str:
     """
     worse = []
     for one in compared.rows[2:]:
-        limit, said = compared.limits.get(one.name), moved(compared, one)
-        if one.name in compared.weighed and " rises " in said:
-            worse.append(f"the {said}")
-        if limit and one.tuned and " falls " in said and limit.slack(one.tuned.value) >= 0.0:
-            (asked,) = units.in_one_unit([(limit.value, math.nan, math.nan)], units.metric(one.name)[1])
-            worse.append(f"the {said} (limit {asked})".replace("\N{NO-BREAK SPACE}", " "))
+        limit, said, name = compared.limits.get(one.name), moved(compared, one), units.metric(one.name)[0]
+        worse += [f"more {name}"] * (one.name in compared.weighed and " rises " in said)
+        worse += [f"less {name}"] * bool(limit and one.tuned and " falls " in said and limit.slack(one.tuned.value) >= 0.0)
     return f" The price: {units.listed(worse)}." if worse else ""
 
 
