@@ -1,7 +1,6 @@
 """`quadstep campaign --require`, `--json`, `--junit`."""
 
 import json
-import re
 
 import pytest
 
@@ -162,7 +161,7 @@ def test_flights_that_leave_points_of_a_grid_out_show_nothing_of_the_campaign(tm
     assert said in run.out
     assert "95 %" not in run.out
     assert manifest(out)["summary"]["uneven_grid"] == 30
-    assert "the 95 % interval is" in fly(path, out, "--resume", "--flights", 60).out
+    assert "(95 % interval " in fly(path, out, "--resume", "--flights", 60).out
 
 
 def test_one_flight_of_which_nothing_is_drawn_is_no_grid(tmp_path):
@@ -178,9 +177,7 @@ def test_one_flight_shows_no_share_though_it_is_drawn_at_random(tmp_path):
     path, out = tmp_path / "camp.toml", tmp_path / "out"
     path.write_text(f"flights = 1\n{CALM}sensors = {{ gyro_noise = 0.01 }}\n")
     run = fly(path, out)
-    assert re.search(
-        r"1 flight: it succeeds.*\. It is a single flight, which gives no success rate\.", " ".join(run.out.split())
-    )
+    assert "The only flight succeeded. It is a single flight, which gives no success rate." in " ".join(run.out.split())
     assert "95 %" not in run.out
     assert fly(path, tmp_path / "other", "--require", "0.5").code == 4
 

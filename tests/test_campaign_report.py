@@ -30,7 +30,7 @@ from quadstep.studies.campaign.flyer import table
 from quadstep.studies.campaign.page import limit
 from quadstep.studies.campaign.run import CampaignRequest, fly_campaign
 from quadstep.studies.campaign.schema import CampaignFile, read_campaign
-from quadstep.studies.campaign.sensitivity import ExplainedResult, parts_of
+from quadstep.studies.campaign.sensitivity import ExplainedResult, Interaction, parts_of
 from quadstep.studies.campaign.single_flight import replay_of
 from quadstep.studies.campaign.splits import in_common
 from quadstep.studies.campaign.store import opened
@@ -131,16 +131,16 @@ def test_it_says_what_was_flown_and_how_it_ended(flown):
     assert exact.low < success.mean() < exact.high
 
 
-def test_it_ranks_the_keys_and_says_which_explains_most(flown):
+def test_it_ranks_the_keys(flown):
     text, cells = told_by(flown[0])
     names = ("vehicle mass [kg]", "disturbance scale [times Eq. 67]")
     ranking = {row[0]: row[1:] for row in cells if row and row[0] in names and len(row) == 3 and "[" in row[2]}
-    for column, name in enumerate(("position RMSE (its logarithm)", "failure")):
-        most = max(ranking, key=lambda key: float(ranking[key][column].split()[0]))
-        assert f"Of the variance of {name}, {ranking[most][column]} % is explained by {most.partition(' [')[0]}, the" in text
+    most = [max(ranking, key=lambda key, at=column: float(ranking[key][at].split()[0])) for column in (0, 1)]
+    assert most == [names[1]] * 2
+    assert "Share of the variance [%] that would vanish if the key were known" in text
 
 
-def test_the_worst_flights_have_their_values_commands_and_pictures(flown):
+def test_the_worst_flights_have_their_values_and_pictures_and_the_first_its_command(flown):
     folder, path, summary = flown
     html = (folder / "report.html").read_text(encoding="utf-8")
     section = html[html.index('id="worst"') : html.index('id="flown"')]
@@ -149,8 +149,8 @@ def test_the_worst_flights_have_their_values_commands_and_pictures(flown):
     cells = [re.findall(r"<td>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", section)]
     found = {row[0]: row[1:] for row in cells if row}
     drawn = rows(folder).to_pylist()
+    assert f"quadstep fly {path} --flight {flights[0]} --results {folder}</pre>" in section
     for place, flight in enumerate(flights):
-        assert f"quadstep fly {path} --flight {flight} --results {folder}\n" in section.replace("</pre>", "\n")
         lost = drawn[flight]["outcome"] != "completed"
         ended = (
             f"lost: spinning at {drawn[flight]['time_of_failure[s]']:.4g} s" if lost else "completed, above a limit, largest"
@@ -295,7 +295,6 @@ def test_few_flights_are_reported_without_conclusions(tmp_path, unflown, count):
     text, _ = reported(tmp_path, MASS, count)
     assert "too few flights completed" in text
     assert f"too few flights failed (0 of {count})" in text
-    assert "the largest share" not in text
 
 
 def test_if_all_are_lost_there_are_no_errors_to_show(tmp_path, unflown):
@@ -310,13 +309,12 @@ def test_if_all_are_lost_there_are_no_errors_to_show(tmp_path, unflown):
 def test_results_that_do_not_vary_are_explained_by_nothing(tmp_path, unflown, value):
     text, _ = reported(tmp_path, MASS, 100, metrics=lambda _, flights: np.full((len(flights), len(METRICS)), value))
     assert ("it does not vary" in text) == (value > 0.0)
-    assert "the largest share" not in text
 
 
 def test_nothing_that_varies_and_a_choice_of_one_value(tmp_path, unflown):
     assert "the noise varies from flight to flight." in reported(tmp_path / "a", "", 100)[0]
     text, _ = reported(tmp_path / "b", '"vehicle.mass" = {type="choice", values=[1.0]}', 100)
-    assert "No single key" in text
+    assert "No range of vehicle mass was found in which more flights fail than chance explains." in text
 
 
 def test_a_histogram_of_few_flights_counts_whole_ones():
@@ -392,27 +390,20 @@ def test_correlated_keys_are_said_to_overlap_and_tables_and_grids_have_names(tmp
         written_by(store, read, folder / "camp.toml")
     text, cells = told_by(tmp_path / "out")
     assert "shares overlap" in text
-    assert re.search(
-        r"Of the variance of position RMSE \(its logarithm\), .* is explained by vehicle mass, the largest share\.", text
-    )
-    assert "Taken one by one, the keys" not in text
     varied = {row[0]: row[-1] for row in cells if len(row) == 3}
     assert varied["vehicle mass [kg]"] == "normal, mean 1, deviation 0.1, correlated with disturbance.scale"
     assert varied["start position along x [m]"] == "each of 0, 0.01 in turn"
     assert varied["controller"] == "one of backstepping, nets enabled = off, nested-saturation"
 
 
-def test_one_key_has_no_interactions_that_the_rest_could_be_due_to(tmp_path):
-    one = {"position_rmse[m]": Estimate(0.4, 0.3, 0.5)}
-    text = str(key_text.ranking(campaign(tmp_path, MASS), {"vehicle.mass": one}, {"position_rmse[m]": ("", None)}))
-    assert "40.0 [30.0, 50.0] % is explained by vehicle mass. The rest is due to whatever else is random" in text
-    assert "interactions" not in text
-    two = {"failure": Estimate(0.19, 0.0, 0.39)}
-    text = str(key_text.ranking(campaign(tmp_path, MASS), {"vehicle.mass": two}, {"failure": ("", None)}))
-    assert "No single key explains a share of failure that differs significantly from zero." in text
-    text = str(key_text.ranking(campaign(tmp_path, MASS), {"vehicle.mass": two}, {"failure": ("", None)}, ["vehicle.mass"]))
-    assert "Of the variance of failure, 19.0 [0, 39.0] % is explained by vehicle mass. Most is" in text
-    assert "other keys" not in key_text.keys(1, 12).text
+def test_a_pair_is_told_beside_the_shares_of_its_keys_and_no_share_is_told_twice(tmp_path):
+    shares = {"vehicle.mass": {"failure": Estimate(0.4, 0.3, 0.5)}}
+    pair = Interaction(("vehicle.mass", "disturbance.scale"), Estimate(0.2, 0.1, 0.3), 1)
+    said = [one.text for one in key_text.ranking(campaign(tmp_path, MASS), shares, {"failure": ("", pair)})]
+    alone = (
+        "Together, vehicle mass and disturbance scale explain 20.0 [10.0, 30.0] % of failure beyond what each explains alone."
+    )
+    assert said == [key_text.FIRST_ORDER, alone, ""]
 
 
 def test_the_worst_flights_say_from_when_their_errors_count_and_whether_they_succeeded(tmp_path):
@@ -581,21 +572,11 @@ def test_the_examples_can_be_flown(name, tmp_path, unflown):
     assert done.summary.outcomes == {"completed": 2}
 
 
-def test_captions_over_a_key_say_where_most_fail_and_the_error_is_extreme():
-    places = range(3)
-    errors = dict(zip(places, (np.array([0.1, 0.3, 0.4]), np.array([0.1, 0.2, 0.3]), np.array([0.2, 0.9, 1.0])), strict=True))
+def test_captions_over_a_key_say_where_most_fail():
     ranges = Bins(np.zeros(0, dtype=np.int64), np.array([0.6, 0.8, 1.0, 1.2]), ())
-    shown = pictures.ByKey({place: share(good, 10) for place, good in enumerate((10, 5, 9))}, errors)
-
-    def said(told, lines):
-        return key_text.over_key("vehicle.mass", told, ranges, lines, "kg").replace("\N{NO-BREAK SPACE}", " ")
-
-    assert (
-        "Of those that complete, the median RMSE is between 200 mm (from 0.8 to 1 kg) and 900 mm (from 1 to 1.2 kg)."
-        in said(["Some fail."], {"": shown})
-    )
-    assert "Of those that complete with nets off, the median" in said(["Some fail."], {"nets off": shown})
-    assert said([], {}) == "No range of vehicle mass was found in which more flights fail than chance explains."
+    shown = pictures.ByKey({place: share(good, 10) for place, good in enumerate((10, 5, 9))}, {})
+    none = "No range of vehicle mass was found in which more flights fail than chance explains."
+    assert key_text.over_key("vehicle.mass", []) == none
     told = key_text.extremes("vehicle.mass", ranges, {"": shown}, "kg").replace("\N{NO-BREAK SPACE}", " ")
     assert told == "vehicle mass: 50 % fail from 0.8 to 1 kg, but 0 % from 0.6 to 0.8 kg."
 
@@ -658,15 +639,13 @@ def test_what_all_failed_flights_share_is_told_only_where_chance_does_not_explai
         said = in_common(kinds, columns, units_of)
         wrong += bool(said) and not caused
         for one in said if caused else ():
-            count, kind, found = re.fullmatch(r"All (\d+) (.*?) had (.*)", one).groups()
+            count, kind, fit, found = re.fullmatch(r"All (\d+) (.*?) are among the (\d+) with (.*)\.", one).groups()
             assert int(count) == kinds[kind].sum()
             if kind == "lost flights":
-                end, fit = re.fullmatch(
-                    r"a disturbance scale of at least ([\d.]+), as (\d+) of all 400 flights did\.", found
-                ).groups()
+                end = found.removeprefix("a disturbance scale of at least ")
                 assert (values["disturbance.scale"][failed] >= float(end) * (1.0 - 1e-12)).all()
                 assert int(fit) == (values["disturbance.scale"] >= float(end) * (1.0 - 1e-12)).sum()
             else:
-                assert found.startswith(f"nets off, as {(nets == 1).sum()} of all 400")
+                assert (found, int(fit)) == ("nets off", (nets == 1).sum())
         assert not caused or len(said) == 1 + ((nets == 1).mean() <= 0.6)
     assert wrong <= 12, "5 % of 150, and some"

@@ -4,9 +4,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from quadstep.metrics.statistics import Estimate
 from quadstep.studies.campaign import sensitivity
-from quadstep.studies.campaign.key_text import ranking
 from quadstep.studies.campaign.sensitivity import (
     ExplainedResult,
     FlightParts,
@@ -17,7 +15,7 @@ from quadstep.studies.campaign.sensitivity import (
     strongest_interaction,
 )
 from quadstep.studies.campaign.varied import OTHERS, bins, merged, text_of, texts_of, varied
-from tests.campaigns import campaign, distribution
+from tests.campaigns import distribution
 
 ISHIGAMI = {"a": 0.3139, "b": 0.4424, "c": 0.0}
 PAIR = 0.2437
@@ -230,21 +228,3 @@ def test_tables_are_named_by_what_tells_them_apart():
     assert texts_of(["{no json", "plain"]) == ["{no json", "plain"]
     assert text_of({"mass": 2.644, "type": "geometric"}) == "geometric, mass = 2.644"
     assert len(text_of("x" * 100)) == 48
-
-
-def test_the_key_that_matters_most_is_named_only_where_its_interval_clears_the_others(tmp_path):
-    keys = {"controller.nets.enabled": Estimate(0.048, 0.022, 0.072), "start.position.2": Estimate(0.072, 0.0, 0.22)}
-    mass = "vehicle.mass"
-    read = campaign(tmp_path, '"vehicle.mass" = {type="normal", mean=1.0, deviation=0.1}')
-
-    def said(shares):
-        named = [key for key, one in shares.items() if one.low > 0.02]
-        return ranking(read, {key: {"failure": one} for key, one in shares.items()}, {"failure": ("", None)}, named)[0].text
-
-    open_ = said({**keys, mass: Estimate(0.149, 0.016, 0.299)})
-    assert "not decided which key matters most for failure: the largest estimate is that of vehicle mass, 14.9 [1.6," in open_
-    assert "the largest share" not in open_
-    assert "Only nets is significant, with 4.8 %; the rest" in open_
-    clear = said({**keys, mass: Estimate(0.4, 0.23, 0.5)})
-    assert "Of the variance of failure, 40.0 [23.0, 50.0] % is explained by vehicle mass, the largest share." in clear
-    assert "the 2 significant keys together explain 44.8 %" in clear

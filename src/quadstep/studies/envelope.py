@@ -70,7 +70,7 @@ class Map(Study[Envelope]):
             record=as_json(envelope),
             figures=[Figure(PICTURE, caption(envelope, bool(links)), label="Map")],
             sections=[
-                TableSection("Panel by panel" if self.asked.by else "", "panels", header, rows),
+                *([TableSection("Panel by panel", "panels", header, rows)] if self.asked.by else []),
                 TableSection("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),
             ],
             paper=booktabs(header, [rows], [name]),
@@ -123,7 +123,7 @@ def settings(request: Request) -> list[tuple[str, str]]:
         ("flights per cell", str(request.flights)),
         ("seed, precision", f"{file.seed}, {file.precision}"),
         ("a flight fails", request.campaign.failing),
-        ("a cell counts as flyable", f"if {enough(request)[0]} succeed" if request.flights > 1 else "if its flight succeeds"),
+        ("a cell can be flown", f"if {enough(request)} succeed" if request.flights > 1 else "if its flight succeeds"),
         ("results of every cell", DATA),
     ]
 

@@ -14,6 +14,7 @@ import pyarrow as pa
 
 from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
 from quadstep.io import __version__
+from quadstep.metrics.registry import SOUND
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.evidence import Evidence
 from quadstep.report.progress import SILENT, Count, Progress
@@ -71,6 +72,7 @@ def run(
         evidence = study.evidence(found, out, (sheet or Sheet()).shown())
         about = {"name": evidence.name, "version": __version__, "engine": engine.value}
         grade = evidence.grade or grading(study.campaign.mission)
-        evidence = evidence._replace(record={**about, **evidence.record}, grade=grade)
+        told = evidence.told or grade.get("grade") == SOUND
+        evidence = evidence._replace(record={**about, **evidence.record}, grade=grade, told=told)
         evidence.write(out)
     return FinishedStudy(found, evidence)

@@ -5,6 +5,7 @@ from pathlib import Path
 from quadstep.engines.engine import Engine
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
+from quadstep.metrics.registry import SOUND
 from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.verdict import Case
 from quadstep.report.evidence import Evidence, TableSection
@@ -72,17 +73,18 @@ def evidence(
         )
         for one in summary.worst
     ]
-    found, decision = sentences(summary), [summary.decision] * bool(summary.decision)
+    found = sentences(summary)
     return Evidence(
         name=name,
         kind="Campaign",
-        answer=" ".join([*decision, found[0]]),
-        sentences=[*decision, *(run.following(decided, file) if decided else ()), *found],
+        answer=found[0],
+        sentences=[found[0], *(run.following(decided, file) if decided else ()), *found[1:]],
         record=record,
         sections=[TableSection(header=WORST, rows=rows, shown="The worst flights")],
         cases=(Case("flown"), *([until_case(decided)] if decided else [])),
         grade=summary.rest,
-        commands=["To replay each of them, with its full log:", *(f"  {line}" for line in again)],
+        told=summary.rest.get("grade") == SOUND,
+        commands=[f"To replay one, here the first: {again[0]}"],
     ).required(None if least is None else JudgedShare(least, summary.success, summary.flights))
 
 

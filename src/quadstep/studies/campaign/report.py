@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.io.run_record import FIGURES
+from quadstep.metrics.registry import SOUND
 from quadstep.metrics.statistics import Estimate
 from quadstep.mission.fields import label, unit
 from quadstep.mission.schema import Mission
@@ -41,14 +42,11 @@ from quadstep.studies.campaign.sensitivity import (
 from quadstep.studies.campaign.single import MOST_POINTS, FlownAgain, draw_points, flown_again, others, write_flights
 from quadstep.studies.campaign.splits import few_values, values_of
 from quadstep.studies.campaign.store import Store
-from quadstep.studies.campaign.summary import CampaignSummary
+from quadstep.studies.campaign.summary import CampaignSummary, answer
 from quadstep.studies.campaign.varied import VariedKey, bins
 from quadstep.studies.flight_report import errors_since
 
-RANKING = (
-    "Share of the variance [%] that each key explains on its own: of the tracking error of completed flights (the "
-    "logarithm of their position RMSE), and of failure. Thin lines: 95 % intervals."
-)
+RANKING = "How much of the variance each key explains on its own. Thin lines: 95 % intervals."
 
 FEWEST, FEWEST_EITHER = 40, 10
 """Fewest flights for a statement on what explains the error; fewest failures and successes, each, for one on failure."""
@@ -58,6 +56,11 @@ FEWEST_BARS = 3
 
 SEEN = 2
 """Pictures of the worst flights, and remarks on them, that are there at once."""
+
+SPREAD = "spread evenly from the smallest position RMSE to the largest"
+
+MOST_FIRST = 3
+"""Most figures at the top."""
 
 MOST_PICTURES = 12
 """Most keys that get a figure: those that explain most."""
@@ -112,29 +115,32 @@ def evidence(of: ReportSubject) -> Evidence:
     mission, keys, logs = of.campaign.mission, of.campaign.file.keys, [one.log for one in again.values() if one.log]
     begun = from_the_start(mission, keys, lambda key: number(of.store.read([key])[key]), number(flown[LARGEST]), through)
     begun = begun or text.soon_after(logs, mission)
+    first, more = key_sections(of, rmse, success)
+    ends = distribution_section(of, flown, through)
+    errors = [figure("distributions", text.errors_seen(summary))] if (of.folder / "distributions.svg").is_file() else []
     sections = [
-        *distribution_section(of, flown, through),
+        *ends,
         *([TableSection(text=begun)] if begun else []),
-        *key_sections(of, rmse, success),
+        *(errors if first else []),
+        *more,
         *worst_section(of, flown, again),
         *text.opening(of.store, of.campaign, summary, of.path),
         *text.closing(summary.statistical),
     ]
     apart = values_of(next(iter(summary.findings.values()))[0], of.columns, len(rmse)) if summary.by else {}
     parts = {name: {what: number(flown[name])[where & through] for what, where in apart.items()} for name in (RMSE, LARGEST)}
-    glance = ("distributions", text.medians(summary)), ("ranking", RANKING)
     return Evidence(
         name=name,
         kind="Campaign",
-        answer=text.answer(summary),
-        points=[*summary.findings],
+        answer=answer(summary),
         sentences=(),
         record={},
         facts=[one for one in text.facts(summary, parts) if not (begun and one.what.endswith("largest error"))],
-        figures=[figure(*one) for one in glance if (of.folder / f"{one[0]}.svg").is_file()],
+        figures=first or errors,
         sections=sections,
         paper=text.for_a_paper(summary, name),
         grade=summary.rest,
+        told=summary.rest.get("grade") == SOUND,
     )
 
 
@@ -195,13 +201,15 @@ def limits_of(campaign: Campaign) -> dict[str, float]:
     return {campaign.thresholds[name]: limit for name, limit in campaign.file.failure.items()}
 
 
-def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[np.bool_]) -> list[Section]:
-    """What the result depends on: the ranking, then key by key."""
+def key_sections(
+    of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[np.bool_]
+) -> tuple[list[Figure], list[Section]]:
+    """What the result depends on: figures of the keys that failures go with, for the top; the ranking, then other keys."""
     campaign, columns, findings = of.campaign, of.columns, of.summary.findings
     keys = campaign.file.keys
     if not keys:
         what = "Nothing" if of.summary.copies else "Only the noise"
-        return [TableSection("Sensitivity", "ranking", text=f"{what} varies from flight to flight.")]
+        return [], [TableSection("Sensitivity", "ranking", text=f"{what} varies from flight to flight.")]
     found = {
         key_text.ERROR: explained_error(columns, rmse, campaign),
         key_text.FAILURE: explained_failure(columns, success, campaign),
@@ -211,9 +219,12 @@ def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[
     if sum(map(len, ranking.values())) >= FEWEST_BARS:
         first = {label(campaign.mission, key): ranking[key] for key in list(ranking)[: 2 * MOST_PICTURES]}
         draw_ranking(of.folder / "ranking", first, of.sheet)
+        body.append(figure("ranking", RANKING))
     named = {key for about in findings.values() for key in about}
-    body += key_text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()}, named)
+    body += key_text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()})
     body.append(key_text.keys(len(keys), MOST_PICTURES))
+    at_top = list(dict.fromkeys(about[0] for about in list(findings.values())[bool(of.summary.by) :]))[:MOST_FIRST]
+    tops: dict[str, Figure] = {}
     others: list[Figure] = []
     clear = {key for key in keys if key_text.ERROR in ranking[key] and certain(ranking[key][key_text.ERROR], len(ranking))}
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
@@ -222,15 +233,17 @@ def key_sections(of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[
         apart = next((other for other in ranking if other in (named | clear) - {key} and few_values(columns[other])), None)
         lines = {what: by_key(cut, success, rmse, where) for what, where in values_of(apart, columns, len(success)).items()}
         draw_key(of.folder / name, label(campaign.mission, key), cut, lines, of.sheet)
-        name_of_unit = unit(campaign.mission, key)
         told = text.of_key(findings, key)
         if not (told or of.summary.statistical):
-            told = [key_text.extremes(key, cut, lines, name_of_unit)]
-        median = key in clear or not of.summary.statistical
-        caption = key_text.over_key(key, told, cut, lines if median else {}, name_of_unit)
-        (body if len(keys) == 1 or key in named | clear else others).append(figure(name, caption))
+            told = [key_text.extremes(key, cut, lines, unit(campaign.mission, key))]
+        shown = figure(name, key_text.over_key(key, told))
+        if key in at_top:
+            tops[key] = shown
+        else:
+            (body if len(keys) == 1 or key in named | clear else others).append(shown)
     rest = "".join(one.html(of.out) for one in others)
-    return [*body, *([markup.disclosure("Keys that make no significant difference", rest)] if rest else [])]
+    body += [markup.disclosure("Keys that make no significant difference", rest)] if rest else []
+    return [tops[key] for key in at_top if key in tops], body
 
 
 def ranked(keys: list[str], estimates: Mapping[str, Mapping[str, Estimate]]) -> dict[str, dict[str, Estimate]]:
@@ -271,7 +284,8 @@ def worst_section(of: ReportSubject, flown: pa.Table, again: Mapping[int, FlownA
     """Flights that can be seen to move; the worst: what was drawn, how to fly each again, and its picture, flown again."""
     summary, worst = of.summary, [one.flight for one in of.summary.worst]
     through = over_as(flown, OUTCOMES[0])
-    links = write_flights(of.out, of.campaign, again)
+    shown = {one: "the worst flights" if one in worst else f"the completed flights {SPREAD}" for one in again}
+    links = write_flights(of.out, of.campaign, again, why={one: f"One of {which}." for one, which in shown.items()})
     body = moving(of, flown, ~through, links) if links else []
     values = [
         {label(found.mission, key): value for key, value in found.values.items()} if (found := again[one].replay) else {}
@@ -303,11 +317,11 @@ def moving(of: ReportSubject, flown: pa.Table, lost: NDArray[np.bool_], links: M
     limits = limits_of(of.campaign)
     across, up = (PlottedMetric(name, number(flown[name]), limits.get(name)) for name in (RMSE, LARGEST))
     body: list[Section] = [TableSection("Flights to watch", "flights")]
+    more = f", and completed ones {SPREAD}" if len(links) > len(of.summary.worst) else ""
+    said = f"See them move: the worst flights{more}."
     if len(lost) > 1 and draw_points(of.folder / "points", (across, up), lost, links, of.sheet):
-        whose = f"The first {MOST_POINTS} flights, and those with a ring," if len(lost) > MOST_POINTS else "All flights"
-        caption = f"{whose} by their distance from the path until they end. Click a ring to see that flight move."
-        body.append(figure("points", caption))
-    some = ", and completed flights spread evenly from the smallest position RMSE to the largest"
-    which = f"the worst{some if len(links) > len(of.summary.worst) else ''}."
-    places = [(link, f"flight {flight}") for flight, link in links.items()]
-    return [*body, markup.links(places, f"See them move, as `quadstep fly` flies them: {which}")]
+        whose = f"the first {MOST_POINTS} and those with a ring" if len(lost) > MOST_POINTS else "all of them"
+        points = f"Points: flights by their distance from the path until they end; {whose}."
+        body.append(figure("points", f"{points}\nRings: the worst flights{more}. Click one to see that flight move."))
+        said = ""
+    return [*body, markup.links([(link, f"flight {flight}") for flight, link in links.items()], said)]

@@ -22,22 +22,13 @@ from quadstep.studies.campaign.planner import SINGLY
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.single_flight import replay_command
 from quadstep.studies.campaign.store import Store
-from quadstep.studies.campaign.summary import FEW, FEWEST, QUANTILES, CampaignSummary, WorstFlight, within
+from quadstep.studies.campaign.summary import FEW, FEWEST, QUANTILES, CampaignSummary, WorstFlight
 from quadstep.studies.campaign.varied import text_of, variation_text
 
 DIGITS = 4
 """Of what is told of one flight."""
 
 SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
-
-
-def answer(summary: CampaignSummary) -> str:
-    if not summary.statistical:
-        return f"{summary.decision} {succeeded(summary)}{summary.meaning}. {summary.why_not}".lstrip()
-    limits, _, more = ("" if summary.decision else summary.meaning[2:-1]).partition("; ")  # which a decision says itself
-    judged, interval = f" ({limits})" if limits else "", f"the 95 % interval{' of all' * bool(summary.by)} is "
-    said = f"{summary.decision} {succeeded(summary)}{judged}{summary.by}; {interval}{within(*summary.success[1:])}."
-    return f"{said} {more[:1].upper()}{more[1:]}{'.' * bool(more)}".strip()
 
 
 def facts(summary: CampaignSummary, parts: Mapping[str, Mapping[str, NDArray[np.float64]]] = {}) -> list[markup.Fact]:
@@ -55,14 +46,6 @@ def facts(summary: CampaignSummary, parts: Mapping[str, Mapping[str, NDArray[np.
                  for which, some in parts.get(spread.metric, {}).items() if len(some) * (1.0 - share) >= FEWEST]  # fmt: skip
         found.append(markup.Fact(f"{what} {of}{words}", units.estimate(*one, unit), "; ".join([interval, *apart])))
     return found
-
-
-def succeeded(summary: CampaignSummary) -> str:
-    if summary.flights == 1:
-        return f"The only flight {'succeeded' if summary.success.value else 'failed'}"
-    if summary.success.value == 1.0:
-        return f"All {summary.flights} flights succeeded"
-    return f"{units.percent(summary.success.value)} of {units.counted(summary.flights, 'flight')} succeeded"
 
 
 def medians_only(summary: CampaignSummary) -> list[markup.Fact]:
@@ -115,16 +98,10 @@ def ended(summary: CampaignSummary) -> dict[str, int]:
     return {name: count for name, count in (*counts.items(), *rest) if count or name == SUCCEEDED}
 
 
-def medians(summary: CampaignSummary) -> str:
-    """What to see of how far from the path they were."""
-    half = [
-        f"half {'' if place else 'of the completed flights '}have a {units.metric(one.metric)[0]} below "
-        f"{units.quantity(one.quantiles[QUANTILES[0]].value, 'm')}"
-        for place, one in enumerate(summary.spreads)
-    ]
+def errors_seen(summary: CampaignSummary) -> str:
+    """What the figure of the errors shows."""
     early = ", lost ones included," * bool(summary.outcomes.keys() - {OUTCOMES[0]})
-    said = f"Above: number of flights by error; below: share of all flights{early} whose error is larger."
-    return f"H{units.listed(half)[1:]}. {said}"
+    return f"Above: how many flights completed with which error. Below: the share of all flights{early} with a larger error."
 
 
 def outcomes(summary: CampaignSummary, times: Mapping[str, NDArray[np.float64]]) -> TableSection:
@@ -236,11 +213,9 @@ def worst(
     return [
         TableSection("The worst flights", "worst", text=first),
         TableSection(header=("flight", *(str(one.flight) for one in flights)), rows=rows, set_as=escape),
-        TableSection(text="To replay them with their full logs:"),
-        markup.verbatim("\n".join(replay_command(path, one.flight, folder) for one in flights)),
-        TableSection(
-            text="These flights, replayed in f64 (circle: start; cross: end). Plots are cropped around the desired path."
-        ),
+        TableSection(text="To replay one with its full log, here the first:"),
+        markup.verbatim(replay_command(path, flights[0].flight, folder)),
+        TableSection(text="Replayed in f64 (circle: start; cross: end). Plots are cropped around the desired path."),
     ]
 
 
@@ -275,10 +250,9 @@ def differing(one: WorstFlight, log: FlightLog, campaign: Campaign) -> str:
 INTERVALS = (
     "Intervals are at 95 %. Shares of flights: exact (Clopper and Pearson 1934). Quantiles: between order statistics, "
     "distribution-free (Conover 1999). Indices: from the flights, grouped by similar values (Plischke, Borgonovo, Smith "
-    "2013), minus the share expected by chance for that many groups; intervals by bootstrap over the flights. Where a range "
-    "of a key is said to have more failures, its ends were chosen after the flights: that it has more is no chance, but the "
-    "interval of its share does not allow for that choice, and the share in new flights may be less extreme. An interval "
-    "says how certain a number is if the keys vary as they did here; whether they do is for you to judge."
+    "2013), minus the share expected by chance for that many groups; intervals by bootstrap over the flights. The ranges in "
+    "which success rates differ were chosen after the flights: that they differ is no chance, but in new flights they may "
+    "differ less. An interval says how certain a number is if the keys vary as here; whether they do is for you to judge."
 )
 FILES = (
     f"All flights are in {FLIGHTS}/*.parquet next to this page, one row per flight; campaign.json records what was flown, by "

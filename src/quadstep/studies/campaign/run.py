@@ -191,9 +191,7 @@ def fly_until(request: CampaignRequest, target: float) -> DecidedRun:
                 break
         last = seen[-1]
         tail = last.look.tail if last.look.flights == store.flights else TAIL  # of a run resumed with more, theirs
-        return DecidedRun(
-            finish(store, campaign, request, decision(target, seen, campaign.meaning), tail), target, tuple(seen)
-        )
+        return DecidedRun(finish(store, campaign, request, decision(target, seen), tail), target, tuple(seen))
 
 
 def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None:
@@ -207,15 +205,15 @@ def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None
         raise UserError(f"--flights {most}: --until needs at least {first.flights} flights, even if none of them fails")
 
 
-def decision(target: float, looks: Sequence[LookResult], meaning: str) -> str:
-    """Whether the target is shown, and by what. meaning: as `Campaign` has it."""
+def decision(target: float, looks: Sequence[LookResult]) -> str:
+    """Whether the target is shown, and by what."""
     last = looks[-1]
     if last.rate.high <= target:
         said = f"Shown: fewer than {target:g} of the flights fail."
     else:
         said = f"Not met: {target:g} of the flights or more fail." if last.rate.low >= target else "Not decided."
     return (
-        f"{said} {last.failures} of {last.look.flights} flights failed{meaning}: a probability from {last.rate.low:.3g} to "
+        f"{said} {last.failures} of {last.look.flights} flights failed: a probability from {last.rate.low:.3g} to "
         f"{last.rate.high:.3g}, with 95 % confidence over all looks (this was number {len(looks)})."
     )
 

@@ -121,10 +121,11 @@ def others(rmse: NDArray[np.float64], worst: Collection[int]) -> list[int]:
 
 
 def write_flights(
-    out: Path, campaign: Campaign, again: Mapping[int, FlownAgain], cells: Mapping[int, Cell] = MappingProxyType({})
-) -> dict[int, str]:
+    out: Path, campaign: Campaign, again: Mapping[int, FlownAgain], cells: Mapping[int, Cell] = MappingProxyType({}),
+    why: Mapping[int, str] = MappingProxyType({}),
+) -> dict[int, str]:  # fmt: skip
     """flights.html, where they move, and the address of each there; none where the package has no front end. cells: the place
-    of each where the page has them in a table.
+    of each where the page has them in a table. why: of each why it is shown.
     """
     shown: dict[int, ShownFlight] = {}
     for flight, (found, log, _) in again.items():
@@ -133,7 +134,7 @@ def write_flights(
             name = one.name.removeprefix(f"{campaign.defaults['name']}, ")  # which all have in common
             drawn = [f"{words(key)} {text_of(value, 3)}{units.unit_suffix(unit(campaign.mission, key) or '-')}"
                      for key, value in found.values.items() if flight not in cells]  # fmt: skip
-            note = f"Drawn: {', '.join(drawn)}." if drawn else ""
+            note = f"{why.get(flight, '')} Drawn: {', '.join(drawn)}." if drawn else why.get(flight, "")
             group, cell = campaign.file.name, cells.get(flight)
             shown[flight] = one._replace(name=name, id=f"flight-{flight}", group=group, cell=cell, note=note)
     try:

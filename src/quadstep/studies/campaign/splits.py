@@ -30,10 +30,8 @@ Findings = dict[str, tuple[str, ...]]
 FEWEST, MOST, DIGITS = 3, 0.6, 3
 """Fewest flights that have anything in common; most of all flights that may; digits of where a key begins or ends."""
 
-STEPS, A_GROUP, NAMED, BANDS, FIFTHS = 40, 20, 3, 3, 5
-"""About how many ends of ranges a number is tried at; the fewest flights on either side; most keys and most ranges told; parts
-in each of which more fail than in the one before, where a share rises steadily.
-"""
+STEPS, A_GROUP, NAMED, BANDS = 40, 20, 3, 3
+"""About how many ends of ranges a number is tried at; the fewest flights on either side; most keys and most ranges told."""
 
 MOST_LINES = 3
 """Most values of a choice that have lines of their own over the other keys."""
@@ -61,36 +59,31 @@ class KeyOrder(NamedTuple):
         if last:
             return f"{'at least ' if near else 'from '}{self.ends[low - 1]}{self.unit}{near.replace('from', 'off') or ' on'}"
         return (
-            f"{'' if near else 'from '}{self.ends[low - 1]} to {self.ends[high - 1]}{self.unit}{near.replace('from', 'off')}"
+            f"{'at' if near else 'from'} {self.ends[low - 1]} to {self.ends[high - 1]}{self.unit}{near.replace('from', 'off')}"
         )
 
 
 class Split(NamedTuple):
     """Flights by a key. bands: failures and flights of each range or value, and what it is called; score: how much better they
     explain who fails than one share does, less what chance may do; above 0 where they differ by more than chance. within: the
-    choice and the one of its values with which these flights are; none for all flights. steady: whether the bands are the
-    first and the last of `steady`; choice: whether they are values.
+    choice and the one of its values with which these flights are; none for all flights. choice: whether the bands are values.
     """
 
     key: str
     bands: list[tuple[int, int, str]]
     score: float
     within: tuple[str, ...] = ()
-    steady: bool = False
     choice: bool = False
 
     @property
     def sentence(self) -> str:
-        """Of each band how many fail, the most first; from the first to the last where that is a rise, or a fall."""
-        bands = self.bands if self.steady else sorted(self.bands, key=lambda one: -one[0] / one[1])
-        said = [
-            f"{hit} of {size} {'flights fail ' * (not place)}({units.percent(*share(hit, size))}) {text}"
-            for place, (hit, size, text) in enumerate(bands)
-        ]
-        if self.steady:
-            way = "rises" if bands[0][0] / bands[0][1] < bands[1][0] / bands[1][1] else "falls"
-            return f"{words(self.key)}: it {way} from each fifth of the flights to the next, from {said[0]} to {said[1]}"
-        return f"{words(self.key)}: {', '.join(said[:-1])}, but {said[-1]}"
+        """How large a share of each band succeeds, the least first; only of the first and the last where there are many."""
+        bands = sorted(self.bands, key=lambda one: -one[0] / one[1])
+        said = [f"{units.percent(1.0 - hit / size)} {text} ({size} flights)" for hit, size, text in bands]
+        if len(said) > BANDS:
+            said = [f"from {said[0]} to {said[-1]}"]
+        within = f"With {with_option(*self.within)}, the" if self.within else "The"
+        return f"{within} success rate varies with {words(self.key)}: {', '.join(said)}."
 
     @property
     def successes(self) -> str:
@@ -122,18 +115,12 @@ def findings(
     failed: Flights, kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], unit_of: Mapping[str, str],
     nominal: Mapping[str, float] = {},
 ) -> tuple[str, Findings]:  # fmt: skip
-    """What failures go with, in sentences, and `successes` by the choice that explains most, if one does. kinds, unit_of: as
-    `in_common` has them; nominal: values of keys in the mission.
+    """What failures go with, in sentences, and `successes` by the choice that explains most, if one does, which the first is
+    of. kinds, unit_of: as `in_common` has them; nominal: values of keys in the mission.
     """
-    said: Findings = {}
     found = splits(failed, columns, unit_of, nominal)
-    for one in found:
-        how = f"With {with_option(*one.within)}, how" if one.within else "How"
-        said[f"{how} many flights fail varies with {one.sentence}."] = (one.key, *one.within[:1])
-    said |= in_common(kinds, columns, unit_of)
-    if said and not any(key.startswith("controller") for key in columns):
-        said["No gain varies here, so these flights do not say which gains would help."] = ()
-    return (found[0].successes if found else ""), said
+    said = {one.sentence: (one.key, *one.within[:1]) for one in found}
+    return (found[0].successes if found else ""), said | in_common(kinds, columns, unit_of)
 
 
 def splits(
@@ -156,7 +143,7 @@ def splits(
         inner, own = [best for some in each for best in some[:1]], [split for split in alone if split.key == key]
         score = sum(split.score for split in (*own, *inner)) - (0.0 if own else cost(tried))
         if inner and score > most:
-            inner = [best for some in each for best in some]
+            inner = sorted((best for some in each for best in some), key=lambda one: -one.score)
             used = {key, *(split.key for split in inner)}
             found, most = [*own, *inner, *(split for split in alone if split.key not in used)], score
     return found[: max(NAMED, sum(bool(one.within) for one in found) + 1)]
@@ -227,24 +214,8 @@ def split(failed: Flights, where: Flights, scale: KeyOrder, tried: int) -> Split
             break
         gained, at = max(found)
         ends, score = sorted([*ends, at]), score + gained - needed
-    fifths = steady(h, n) if score else []
-    parts = [fifths[0], fifths[-1]] if fifths else list(itertools.pairwise(ends)) if score else []
-    bands = [(h[high] - h[low], n[high] - n[low], scale.range_text(low, high)) for low, high in parts]
-    return Split(scale.key, bands, score, steady=bool(fifths))
-
-
-def steady(h: list[int], n: list[int]) -> list[tuple[int, int]]:
-    """About `FIFTHS` of the flights, from place to place, if the share that fails rises from each to the next, or falls, and
-    no step is almost half of the way; else none. h, n: as of `gain_at`.
-    """
-    inner = [min(range(1, len(n) - 1), key=lambda at: abs(n[at] - n[-1] * i / FIFTHS), default=0) for i in range(1, FIFTHS)]
-    parts = list(itertools.pairwise([0, *inner, len(n) - 1]))
-    if any(n[high] - n[low] < A_GROUP for low, high in parts):
-        return []
-    shares = [(h[high] - h[low]) / (n[high] - n[low]) for low, high in parts]
-    steps = [after - before for before, after in itertools.pairwise(shares)]
-    way = shares[-1] - shares[0]
-    return parts if all(0.0 < one * way <= 0.45 * way * way for one in steps) else []
+    parts = itertools.pairwise(ends) if score else ()
+    return Split(scale.key, [(h[high] - h[low], n[high] - n[low], scale.range_text(low, high)) for low, high in parts], score)
 
 
 def gain_at(h: list[int], n: list[int], low: int, at: int, high: int, needed: float) -> float:
@@ -301,7 +272,7 @@ def in_common(kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], un
         count, flights = int(chosen.sum()), len(chosen)
         fit, text, key = min(found, key=lambda one: int(one[0].sum()), default=(np.ones(flights, bool), "", ""))
         if count >= FEWEST and fit.mean() <= MOST and tests * (fit.sum() / flights) ** count < 1.0 - LEVEL:
-            said[f"All {count} {kind} had {text}, as {fit.sum()} of all {flights} flights did."] = (key,)
+            said[f"All {count} {kind} are among the {fit.sum()} with {text}."] = (key,)
     return said
 
 

@@ -154,26 +154,34 @@ def within(low: float, high: float) -> str:
     return f"{units.percent(low)} to {units.percent(high)}"
 
 
+def as_sentence(meaning: str) -> str:
+    """How flights are judged, as `Campaign.meaning` has it, in a sentence after a blank."""
+    return f" {meaning[2:3].upper()}{meaning[3:-1]}." if meaning else ""
+
+
+def answer(summary: CampaignSummary) -> str:
+    """How many succeed, and by what they are judged."""
+    if summary.flights == 1:
+        said = f"The only flight {'succeeded' if summary.success.value else 'failed'}"
+    elif summary.success.value == 1.0:
+        said = f"All {summary.flights} flights succeeded"
+    else:
+        said = f"{units.percent(summary.success.value)} of {units.counted(summary.flights, 'flight')} succeeded"
+    more = f" (95 % interval {within(*summary.success[1:])}){summary.by}." if summary.statistical else f". {summary.why_not}"
+    return f"{summary.decision} {said}{more}{as_sentence(summary.meaning)}".lstrip()
+
+
 def sentences(summary: CampaignSummary) -> list[str]:
-    value, low, high = summary.success
-    interval = f"; the 95 % interval{' of all' * bool(summary.by)} is {within(low, high)}" if summary.statistical else ""
-    good = f"{units.percent(value)} succeed" if summary.flights > 1 else "it succeeds" if value else "it fails"
-    lines = [f"{units.counted(summary.flights, 'flight')}: {good}{summary.meaning}{summary.by}{interval}.", *summary.findings]
-    if not summary.statistical:
-        lines.append(summary.why_not)
+    """The answer for the terminal, and what failures go with, which the answer may say already of the first key."""
+    lines = [answer(summary), *list(summary.findings)[bool(summary.by) :]]
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
     if lost:
         lines.append(f"Ended early: {lost}.")
-    for spread in summary.spreads:
+    for spread in summary.spreads[:1]:  # the largest error may be the start's own
         words, unit = units.metric(spread.metric)
-        parts = [f"{100 * q:g} % below {units.interval(*e, unit)}" for q, e in spread.quantiles.items()]
-        median = spread.quantiles[QUANTILES[0]]
+        parts = [f"{100 * q:g} % below {units.quantity(e.value, unit)}" for q, e in spread.quantiles.items()]
         if summary.copies or spread.flights == 1:
-            parts = [units.quantity(median.value, unit)]
-        elif not summary.statistical:
-            parts = [f"{100 * q:g} % below {units.quantity(e.value, unit)}" for q, e in spread.quantiles.items()]
-        elif not median.bounded:
-            parts = [f"{parts[0]} ({FEW})"]
+            parts = [units.quantity(spread.quantiles[QUANTILES[0]].value, unit)]
         whose = "the completed flight" if spread.flights == 1 else f"the {spread.flights} completed flights"
         lines.append(f"{words[0].upper()}{words[1:]} of {whose}: {'; '.join(parts)}.")
     return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]  # which pages have between number and unit
