@@ -61,8 +61,8 @@ def test_a_lower_gain_is_less_busy_and_a_faster_loop_rises_sooner(tmp_path):
     found = answer(asked(posCtlPid__xKp=1.0, posCtlPid__yKp=1.0), tmp_path / "out")
     stays = r"the loop at rest stays fragile \(phase margin in .*, sound from 30\.0°\); better: .*; worse: "
     assert re.search(stays, found.answer)
-    assert re.search(r"; worse: .*position RMSE [\d.]+ % more", found.answer)
-    assert re.search(r"\. None of 16 flights fails, before or after \(0 .* %\)\. Flown in wind of up to ", found.answer)
+    assert re.search(r"; worse: .*position RMSE", found.answer)
+    assert re.search(r"\. None of 16 flights fails, before or after\. Flown in wind of up to ", found.answer)
     assert "phase margin" not in found.answer.partition("; better: ")[2], "which is named before"
     found = found.record
     assert found["step"]["after"]["rise time [s]"] > 1.2 * found["step"]["before"]["rise time [s]"]
@@ -213,7 +213,7 @@ def test_a_change_that_saves_the_hardest_flights_is_not_said_to_fly_worse():
     found = in_flight(Row("position_rmse[m]", before, after, closer))
     assert found.before == "40 [30, 50]\N{NO-BREAK SPACE}mm"
     assert found.after == "60 [50, 70]\N{NO-BREAK SPACE}mm"
-    assert better_or_worse([found]) == "; better: position RMSE 25 % less"
+    assert better_or_worse([found]) == "; better: position RMSE"
 
 
 def test_what_is_not_shown_or_is_small_is_neither_better_nor_worse():
@@ -222,9 +222,9 @@ def test_what_is_not_shown_or_is_small_is_neither_better_nor_worse():
     small = in_flight(Row("rotor_activity[N/s]", before, after, Estimate(0.013, 0.012, 0.014)))
     unknown = in_flight(Row("rotor_activity[N/s]", before, after, Estimate(0.9, -0.1, 1.9)))
     first = in_flight(Row("saturation", Estimate(0.0, 0.0, 0.0), before, Estimate(0.2, 0.1, 0.3)))
-    assert better_or_worse([busier]) == "; worse: rotor activity 139.3 % more"
+    assert better_or_worse([busier]) == "; worse: rotor activity"
     assert better_or_worse([small, unknown]) == "; nothing that is shown is better or worse by 1 %"
-    assert better_or_worse([busier, small, first]) == "; worse: saturation 0.200 more and rotor activity 139.3 % more"
+    assert better_or_worse([busier, small, first]) == "; worse: saturation and rotor activity"
 
 
 def test_of_many_parameters_the_first_are_named_and_of_those_that_stay_each_is_said(tmp_path):

@@ -113,18 +113,16 @@ def evidence(
     seen = contrasts(sides, failed, measured, steps)
     air = f"in wind of up to {question.wind:g} m/s from every side, with turbulence" if question.wind else "in still air"
     gusts = f"{units.counted(question.flights, 'flight')} {air}"
-    lost = f"{units.percent(*failed[1])} are lost or drift by more than {question.within:g} m"
+    lost = f"{units.percent(*failed[1])} are lost or ever more than {question.within:g} m from their place"
     count = f"of {units.counted(question.flights, 'flight')}"
     fail = (
         f"{units.percent(*failed[1])} {count} fail with the change, {units.percent(*failed[0])} before{compared(failed[2])}."
     )
-    fail = (
-        fail if failed[0].value or failed[1].value else f"None {count} fails, before or after ({units.percent(*failed[1])})."
-    )
+    fail = fail if failed[0].value or failed[1].value else f"None {count} fails, before or after."
     news = (
         f"With {changed_words(changed)} {grade_words(sides)}{better_or_worse(seen, [one.what for _, one in missed(sides)])}."
     )
-    fails = f"Flown {air}; a flight fails if it is lost or drifts by more than {question.within:g} m."
+    fails = f"Flown {air}; a flight fails if it is lost or ever more than {question.within:g} m from its place."
     answer = " ".join([fail, fails, news] if certain(failed[2]) else [news, fail, fails])
     if idle(sides):
         answer = (
@@ -222,7 +220,7 @@ def compared(difference: Estimate) -> str:
 
 class Contrast(NamedTuple):
     """Something measured before and after, and by how much it differs, in words. share: by which part of itself it grew, 0
-    where that is not shown. good: whether more of it is better. brief: after, for a sentence.
+    where that is not shown. good: whether more of it is better.
     """
 
     name: str
@@ -231,7 +229,6 @@ class Contrast(NamedTuple):
     difference: str
     share: float
     good: bool
-    brief: str
 
     @property
     def gain(self) -> float:
@@ -247,10 +244,9 @@ def contrasts(
     sides: tuple[Side, Side], failed: Sequence[Estimate], measured: Sequence[Row], steps: Sequence[dict[str, float]]
 ) -> list[Contrast]:
     """All that is measured, but what is 0 throughout: flights in gusts, margins at rest, and the step in calm air."""
-    before, after = (units.percent(one.value) for one in failed[:2])
     first, then = (units.percent(*one) for one in failed[:2])
     grown = part(failed[2].value, failed[0].value) if certain(failed[2]) else 0.0
-    found = [Contrast("fail in gusts", first, then, points(failed[2]), grown, False, f"{after} ({before} before)")]
+    found = [Contrast("fail in gusts", first, then, points(failed[2]), grown, False)]
     found += map(in_flight, measured)
     for old, new in zip(*(one.grade.measures for one in sides), strict=False):
         found.append(at_once(f"{old.what} margin", old.value, new.value, new.text, True))
@@ -273,7 +269,7 @@ def at_once(name: str, before: float, after: float, text: Callable[[float], str]
     change = after - before
     grown = part(change, before) if math.isfinite(change) else 0.0
     texts = [text(one).replace("-", "−") for one in (before, after, change)]
-    return Contrast(name, texts[0], texts[1], texts[2], grown, good, f"{texts[1]} ({texts[0]} before)")
+    return Contrast(name, texts[0], texts[1], texts[2], grown, good)
 
 
 def in_flight(one: Row) -> Contrast:
@@ -281,10 +277,9 @@ def in_flight(one: Row) -> Contrast:
     after are of different flights where some are lost with one of them, and may say the contrary.
     """
     words, before, after, difference = one.texts
-    change, base, (_, unit) = one.difference, one.present.value if one.present else 0.0, units.metric(one.name)
+    change, base = one.difference, one.present.value if one.present else 0.0
     share = part(change.value, base) if change and certain(change) else 0.0
-    by = units.quantity(abs(change.value), unit) if change and math.isinf(share) else units.percent(abs(share))
-    return Contrast(words, before, after, difference, share, False, f"{by} {'more' if share > 0.0 else 'less'}")
+    return Contrast(words, before, after, difference, share, False)
 
 
 def part(change: float, whole: float) -> float:
@@ -303,7 +298,7 @@ def better_or_worse(contrasts: Sequence[Contrast], told: Sequence[str] = ()) -> 
     ordered = [one for one in ordered if one.name.removesuffix(" margin") not in told]
     clauses = []
     for word, sign in (("better", 1.0), ("worse", -1.0)):
-        names = [f"{one.name} {one.brief}" for one in ordered if sign * one.gain >= NOTED]
+        names = [one.name for one in ordered if sign * one.gain >= NOTED]
         if names:
             clauses.append(f"; {word}: {units.listed(shortened(names))}")
     return "".join(clauses) or f"; nothing {'else ' * bool(told)}that is shown is better or worse by 1 %"
