@@ -111,7 +111,7 @@ def test_the_vehicle_and_its_campaign_fly(tmp_path):
     (tmp_path / "v_campaign.toml").write_text(text)
     run = fly(tmp_path / "v_campaign.toml", tmp_path / "out")
     assert run.code == 0
-    assert "16 flights: 100 % succeed" in run.out
+    assert "All 16 flights succeeded" in run.out
 
 
 @pytest.mark.parametrize(
