@@ -39,8 +39,6 @@ NOTES = {
     "case1": "To (20, 5, 10) m in 40 s. The disturbance stays below 0.0003 N, too little to test the nets: raise it, or "
     "shorten t_f. Though it flies as asked, its loop at rest is fragile: the phase margin is 29.4°, less than 30°.",
     "case2": "Only x moves; y, z and roll should stay unaffected.",
-    "case2-y": "Only y moves.",
-    "case2-z": "Only z moves.",
     "case3-adaptive": "Up by 10 m, starting half a metre off in x and in y, and tilted. Fly nested saturations as a ghost.",
     "case3-nested": "The same flight with the controller of reference [11].",
     "case1-without-nets": "Case 1 with both nets off: 20 times the error, still 72 micrometres.",
