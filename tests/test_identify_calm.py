@@ -274,7 +274,9 @@ def test_more_unexplained_angular_acceleration_than_was_measured_is_said_with_ax
     )
 
 
-def test_numbers_of_the_starting_vehicle_outside_the_intervals_are_marked_and_unknown_signs_not_counted(flight_numbers):
+def test_numbers_of_the_starting_vehicle_outside_the_intervals_are_marked_and_what_is_barely_known_is_not_counted(
+    flight_numbers,
+):
     given = load_preset("crazyflie")
     found = {
         "inertia[0]": Fitted(*np.array([3.2e-5, 1.9e-5, 4.8e-5]), "kg m^2", "made"),
@@ -285,9 +287,9 @@ def test_numbers_of_the_starting_vehicle_outside_the_intervals_are_marked_and_un
     }
     fit = Identified(flight_numbers, None, found, {})
     assert graded(fit) == (
-        "2 of 5 vehicle parameters are identified, all barely (not to within 50 %). 2 more are known only in proportion to "
-        "the given mass, thrust coefficient or yaw inertia: 1 well (to within 10 %) and 1 roughly (to within 50 %). Of "
-        "unknown sign, and not counted: centre of gravity along y."
+        "0 of 5 vehicle parameters are identified. 2 more are known only in proportion to the given mass, thrust coefficient "
+        "or yaw inertia: 1 well (to within 10 %) and 1 roughly (to within 50 %). Not known to within 50 %, and not counted: "
+        "rotor rise time, command delay and centre of gravity along y."
     )
     alone, scaled = fitted(fit, given, 5.5e-5)
     assert [row[:5] for row in alone.rows] == [

@@ -14,7 +14,7 @@ from quadstep.report.units import counted, handy, interval_texts, listed, number
 
 WELL, ROUGHLY, BARELY, SIGN, UNKNOWN = "well", "roughly", "barely", "sign\u00a0unknown", "not\u00a0at\u00a0all"
 GRADES = {WELL: " (to within 10 %)", ROUGHLY: " (to within 50 %)", BARELY: " (not to within 50 %)"}
-"""How well a number is known, by its 95 % interval. One that may have either sign is not identified."""
+"""How well a number is known, by its 95 % interval. Only what is well or roughly known is identified."""
 FROM_WORST = (UNKNOWN, SIGN, BARELY, ROUGHLY, WELL)
 
 READING = (
@@ -37,16 +37,16 @@ def grade(one: Fitted | None, beside: float = 0.0) -> str:
 
 
 def graded(fit: Identified) -> str:
-    """How many numbers are known, how well; how many only in proportion to what no flight reveals; and which without sign."""
+    """How many numbers are known to within a half; how many only in proportion to what no flight reveals; and which less."""
     scaled = [grade(one) for key, one in fit.fitted.items() if key in GROWS]
     alone = {key: grade(one) for key, one in fit.fitted.items() if key not in GROWS}
-    either = [in_words(key) for key, how in alone.items() if how == SIGN]
-    known, count = [how for how in alone.values() if how != SIGN], len(fit.fitted) + len(fit.kept)
+    less = [in_words(key) for key, how in alone.items() if how not in (WELL, ROUGHLY)]
+    known, count = [how for how in alone.values() if how in (WELL, ROUGHLY)], len(fit.fitted) + len(fit.kept)
     said = f"{len(known)} of {counted(count, 'vehicle parameter')} {be(known)} identified{in_grades(known)}."
     if scaled:
         more = f"{len(scaled)} more {be(scaled)} known only in proportion to the given mass, thrust coefficient or yaw inertia"
         said += f" {more}{in_grades(scaled)}."
-    return said + f" Of unknown sign, and not counted: {listed(either)}." * bool(either)
+    return said + f" Not known to within 50 %, and not counted: {listed(less)}." * bool(less)
 
 
 def be(several: Sequence[object]) -> str:
