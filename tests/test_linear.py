@@ -21,7 +21,7 @@ from quadstep.linear.run import off_the_step, record
 from quadstep.linear.states import Channel, states, with_states
 from quadstep.linear.tables import OpenLoop, kinks, mark_margins, merged, sentences
 from quadstep.linear.transfer import frequencies, opened, transfer
-from quadstep.linear.worst import cells, facts, grades
+from quadstep.linear.worst import cells, facts, finding, grades
 from quadstep.numbers import Vector, vector, where
 from quadstep.numbers.rotations import yaw_pitch_roll
 from tests.altered import Delayed
@@ -231,7 +231,7 @@ def test_a_loop_that_does_not_hold_its_pose_is_only_marginally_stable_and_says_w
     assert blind.not_held == names
     assert [pole.real for pole in blind.poles[: len(names)]] == [0.0] * len(names)
     assert blind.poles[len(names)].real < -0.1
-    assert sentences(blind)[0] == (
+    assert finding(blind) == (
         f"At rest at the start of its path, the loop is unstable: it does not hold {', '.join(names)}; "
         "a deviation there never decays."
     )
