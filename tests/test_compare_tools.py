@@ -45,9 +45,8 @@ def compared(tmp_path):
     run = quadstep("compare", *files, "--seeds", 2, "--out", tmp_path / "out")
     assert (run.code, run.err) == (0, "")
     (cost,) = (tmp_path / "out" / "costs").iterdir()
-    return json.loads(cost.read_text(encoding="utf-8"))["instructions"], (tmp_path / "out" / "results.md").read_text(
-        encoding="utf-8"
-    )
+    assert "not counted" not in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")  # but in the terminal
+    return json.loads(cost.read_text(encoding="utf-8"))["instructions"], run.out
 
 
 @pytest.mark.parametrize("tool", TOOLS)

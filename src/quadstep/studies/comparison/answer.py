@@ -201,15 +201,19 @@ def decision(results: Comparison, situation: Situation, one: str, other: str) ->
 
 
 def warned(results: Comparison) -> list[str]:
-    """What speaks against those who lead: why their median flights are not as asked, and the flights that they lose."""
-    asked, losing = [], []
+    """What speaks against those who lead: where no median flight is as asked, why theirs is not, and the flights they lose."""
+    nowhere, asked, losing = [], [], []
     for situation in results.ranked:
         where = f" in {quoted(results, situation)}" if len(results.ranked) > 1 else ""
-        for one in (each for each in results.of(situation) if each.controller in leaders(results, situation)):
+        cells, lead = results.of(situation), leaders(results, situation)
+        none = bool(where and lead) and all(one.grade and one.grade.grade is not FlightGrade.AS_ASKED for one in cells)
+        nowhere += [quoted(results, situation)] * none
+        for one in (each for each in cells if each.controller in lead):
             who = several([one.controller])
-            asked += [f"{who}{where} ({', '.join(one.grade.labels)})"] if one.grade and one.grade.labels else []
+            asked += [f"{who}{where} ({', '.join(one.grade.labels)})"] if one.grade and one.grade.labels and not none else []
             losing += [f"{who} {percent(one.lost.value)}{where}"] if one.lost.value else []
-    return [f"{what}: {shortened(one)}." for what, one in (("Not as asked", asked), ("Lost flights", losing)) if one]
+    said = [f"No {results.kind} flies as asked in {shortened(nowhere)}."] * (0 < len(nowhere) < len(results.ranked))
+    return said + [f"{what}: {shortened(one)}." for what, one in (("Not as asked", asked), ("Lost flights", losing)) if one]
 
 
 def shortened(items: list[str]) -> str:

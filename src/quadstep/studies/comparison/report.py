@@ -58,9 +58,9 @@ def write_ghosts(out: Path, results: Comparison, flights: Sequence[Job[StudyCell
 
 GAINS = (
     "Gains derived from the vehicle use the nominal vehicle, whatever a scenario changes. Memory is the state kept between "
-    "samples; numbers are the gains; instructions are those of the exported law's worst sample. Rotor activity is the mean "
-    "over the situations in which all complete flights."
+    "samples; numbers are the gains. Rotor activity is the mean over the situations in which all complete flights."
 )
+COUNTED = "Instructions are those of the exported law's worst sample."
 TUNED = "All tuned gains were found with the same flights, objective and budget, and evaluated on other flights."
 LOOPS = (
     "The sampled loop at rest at the start of the path, without noise: one loop is opened at a time, and the table shows the "
@@ -96,7 +96,7 @@ def evidence(
     large = any(
         one.spreads[results.metric].median.value > results.limits.get(one.situation, math.inf) for one in results.results
     )
-    opened = " An open mark is a large error." * (large and results.metric == "position_rmse" and not many)
+    opened = " An open mark in the first panel is a large error." * (large and results.metric == "position_rmse" and not many)
     better = "The paler" if many else "The farther left"
     drawn = [words.title(results, one) for one in list(results.metrics)[: 1 if many else 2]]
     whole = f"{listed([drawn[0][0].upper() + drawn[0][1:], *drawn[1:]])} of every {results.kind}"
@@ -130,7 +130,7 @@ def evidence(
         points, title = tables.margin_rows(results), "Margins, 95 % intervals"
         sections.append(TableSection("Margins", "margins", *results.table(tables.MARGIN_HEADER, points, RAISED), shown=title))
     tuned = [TUNED] * any(one.trained for one in results.entrants)
-    gains = " ".join([*tuned, GAINS, *words.not_counted(results)])
+    gains = " ".join([*tuned, GAINS, *[COUNTED] * any(one.instructions for one in results.costs.values())])
     costs = results.table(tables.WHO_HEADER, tables.who_rows(results), gains, once=True)
     sections.append(TableSection("Gains and cost", "gains", *costs))
     differing = [[*(part or words.NOTHING for part in (one.vehicle, one.name, *one.differs))] for one in results.entrants]
@@ -148,7 +148,7 @@ def evidence(
         name=results.name,
         kind="Comparison",
         answer=found,
-        sentences=said,
+        sentences=[*said, *words.not_counted(results)],
         record=as_json(results, flights),
         facts=facts(results),
         figures=shown,
@@ -192,10 +192,10 @@ def facts(results: Comparison) -> list[markup.Fact]:
         several(lead) if lead else "none",
         f"{'each ' * (len(lead) > 1)}in {most} of {len(results.ranked)} situations",
     )
-    graded = [one.grade.grade is FlightGrade.AS_ASKED for one in results.results if one.grade]
-    count = f"{sum(graded)} of {len(graded)}"
-    each = " in each situation" if len(results.ranked) > 1 else ""
-    asked = markup.Fact("median flights as asked", count, f"one of each {results.kind}{each}")
+    graded = [one.grade for one in results.results if one.grade]
+    wrong = [one for one in graded if one.grade is not FlightGrade.AS_ASKED]
+    why = dict.fromkeys(label for one in wrong for label in one.labels or ("lost",))
+    asked = markup.Fact("median flights not as asked", f"{len(wrong)} of {len(graded)}", listed([*why]))
     pairs = markup.Fact(
         "pairs decided",
         f"{results.pairs - results.undecided} of {results.pairs}",

@@ -147,7 +147,7 @@ def advice(results: Comparison) -> list[str]:
     untuned = bool(results.entrants) and results.kind == "controller" and not any(one.trained for one in results.entrants)
     but = ["No gains were tuned for this comparison; a table [tuning] tunes all with equal budgets."] * untuned
     if most < many:
-        return ["Next: choose for the situations that matter to you.", *but]
+        return but
     if len(who) == 1:
         return [f"Next: choose {several(who)}, if what it takes (gains and cost) is acceptable.", *but]
     return ["Next: choose among them by what else matters to you, such as rotor activity or cost.", *but]
