@@ -11,7 +11,6 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.numbers import Number, smallest
 from quadstep.proofs.certify.history import History, IdealWeights
 from quadstep.proofs.plain import Array, apply, as_rows, as_stack, as_vector, dot
-from quadstep.report.units import rounded_up
 from quadstep.vehicle.lagrange import Lagrange
 from quadstep.vehicle.paper import acceleration, angular_acceleration, coriolis, effective_inertia, effective_inertia_partials
 
@@ -78,19 +77,9 @@ class ConditionMargins(NamedTuple):
                 )
         if self.thrust_bound is not None and not self.coupling_holds:
             found.append(
-                f"coupling condition: the largest thrust, {self.thrust:.4g} N, is not below "
-                f"2 l_2 sqrt(k_1 k_2) = {self.thrust_bound:.4g} N"
+                f"the largest thrust, {self.thrust:.4g} N, is not below 2 l_2 sqrt(k_1 k_2) = {self.thrust_bound:.4g} N"
             )
         return found
-
-    def repairs(self) -> list[str]:
-        """What would mend each of `broken`, with the attitudes and the thrust as they are."""
-        outer, inner = (min(margins) <= 0.0 for margins in (self.position, self.corrected_visited))
-        said = ["a larger K_r1 or a smaller Lambda1"] * outer + ["a larger K_r2 or a smaller Lambda2"] * inner
-        if self.thrust_bound is not None and not self.coupling_holds:
-            times = rounded_up(self.thrust / self.thrust_bound, 3)
-            said.append(f"margins k_1 = K_r1 - m Lambda1 and k_2 = K_r2 - J_M max(Lambda2) more than {times:g} times as large")
-        return said
 
 
 def conditions(plan: FlightPlan, inertia: Array, thrust: Array) -> ConditionMargins:

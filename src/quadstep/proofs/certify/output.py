@@ -141,25 +141,22 @@ Rows: TypeAlias = Sequence[Sequence[markup.Cell]]
 
 
 class Tables(NamedTuple):
-    """Rows of text. conditions: on this flight, at any attitude, as asked, and whether that holds; ball: value, bound and
-    whether that is kept; then value by value: what changed L, how three ways to L_dot agree, and what other definitions of
-    the ideal weights and the printed formulas give, with the coupling beside the damping.
+    """Rows of text. conditions: on this flight, as asked, and whether that holds; ball: value, bound and
+    whether that is kept; then value by value: what changed L, and how three ways to L_dot agree.
     """
 
     conditions: Rows
     ball: Rows
     changes: Rows
     ways: Rows
-    others: Rows
 
 
 def tables(c: FlightCertificate) -> Tables:
     """In the order in which they are needed, what is judged before what is not."""
     k, full = c.conditions, record(c)
-    nets, flight, rate, coupling = full["nets"], full["flight"], full["lyapunov"], full["coupling"]
-    plain, work, fell = nets["least_squares"], rate["work[J]"], rate["share_falling_outside_b_r"]
-    ends = "never" if c.entered is None else f"{brief(flight['transient_ends[s]'])} s" if c.entered else "at the start"
-    ridges = " and ".join("infinite" if ridge is None else f"{ridge:g}" for ridge in nets["ridges"])
+    flight, rate = full["flight"], full["lyapunov"]
+    work, fell = rate["work[J]"], rate["share_falling_outside_b_r"]
+    ends = "never" if c.entered is None else f"{brief(flight['transient_ends[s]'])} s"
     until = f" up to {c.until:.3g} s" if len(c.later) else ""
     printed, corrected = min(k.printed_anywhere), min(k.corrected_anywhere)
     promised = fell is not None and standing(c) != "conditions broken"
@@ -169,15 +166,13 @@ def tables(c: FlightCertificate) -> Tables:
         later = [["largest error |r| later [m/s, rad/s]", brief(c.later.max()), "", NOT_JUDGED]]
     return Tables(
         conditions=[
-            ["K_r1 - m Lambda1", brief(k.k_1, "N s/m"), "", "> 0", mark(k.k_1)],
+            ["K_r1 - m Lambda1", brief(k.k_1, "N s/m"), "> 0", mark(k.k_1)],
             ["K_r2 - J_M Lambda2 (printed)", brief(min(k.printed_visited), "N m s"),
-             brief(printed, "N m s"), "> 0", mark(min(k.printed_visited), printed)],
-            ["K_r2 - J_M max(Lambda2)", brief(k.k_2, "N m s"),
-             brief(corrected, "N m s"), "> 0", mark(k.k_2, corrected)],
-            ["thrust that coupling allows", brief(k.thrust_bound, "N"),
-             brief(k.thrust_bound_anywhere, "N"), f"> {k.thrust:.4g} N",
+             "> 0", mark(min(k.printed_visited), printed)],
+            ["K_r2 - J_M max(Lambda2)", brief(k.k_2, "N m s"), "> 0", mark(k.k_2, corrected)],
+            ["thrust that coupling allows", brief(k.thrust_bound, "N"), f"> {k.thrust:.4g} N",
              mark((k.thrust_bound or 0.0) - k.thrust, (k.thrust_bound_anywhere or 0.0) - k.thrust)],
-            ["J_M", brief(k.j_visited, "kg m^2"), brief(k.j_anywhere, "kg m^2"), "", ""],
+            ["J_M", brief(k.j_visited, "kg m^2"), "", ""],
         ],
         ball=[
             ["samples outside the ball b_r" + until, f"{rate['samples_outside_b_r']:,} of {len(c.r):,}", "", ""],
@@ -185,8 +180,8 @@ def tables(c: FlightCertificate) -> Tables:
              mark(1.0 if fell == 1.0 else -1.0) if promised else NOT_JUDGED],
             [f"largest error |r|{until} [m/s, rad/s]", brief(flight["largest_r"]), ball(c), ""],
             *later,
-            ["end of the transient, the first |r| <= b_r", ends, "", ""],
-            *([["largest error |r| after the transient [m/s, rad/s]", brief(flight["largest_r_after_transient"]),
+            ["time of the first |r| <= b_r", ends, "", ""],
+            *([["largest error |r| from then on [m/s, rad/s]", brief(flight["largest_r_after_transient"]),
                ball(c), ""]] if c.entered else []),
             ["largest error of the weights |W_tilde| [N, N m]", brief(flight["largest_W_tilde"]),
              f"b_w = {c.b_w:.4g}" if c.b_w else "", ""],
@@ -204,15 +199,5 @@ def tables(c: FlightCertificate) -> Tables:
         ways=[
             ["formula and plant, largest difference", brief(agree), "< 10^-9", mark(ROUNDING - agree)],
             ["formula and differences of L, rms", brief(rate["formula_less_differenced_rms"]), "", NOT_JUDGED],
-        ],
-        others=[
-            ["K_min as printed", brief(k.k_min_printed)],
-            ["b_r as printed", brief(c.b_r_printed)],
-            *([["ridges of the fits of the two nets' ideal weights", ridges]] if c.ideal.used else []),
-            ["W_B by least squares, without a ridge", brief(plain["W_B"])],
-            ["eps_N by least squares", brief(plain["eps_N"])],
-            ["b_r by least squares", brief(plain["b_r"])],
-            ["coupling / damping |r1| |delta| / K_min |r|^2: of the means", brief(coupling["ratio_in_the_mean"])],
-            ["the same, largest and median sample", f"{brief(coupling['largest_ratio'])}, {brief(coupling['median_ratio'])}"],
         ],
     )  # fmt: skip

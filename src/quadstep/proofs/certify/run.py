@@ -95,16 +95,16 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
             TableSection("What changed L", "changes", ("", "added to L"), found.changes, CHANGED),
             TableSection("Checks", CHECKS, ("", "share", "should be", ""), found.ways, CHECKED),
             Figure(CHECKS, f"{checked(c)} Axes are logarithmic, those of rates on both sides of zero."),
-            TableSection("", "", ("", "value"), found.others, OTHERS),
         ],
         cases=(Case("completed", lost),),
         fold=(CHECKS,),
     )
 
 
-CONDITIONS = ("", "this flight", "any attitude", "must be", "verdict")
+CONDITIONS = ("", "this flight", "must be", "verdict")
 ASKED = (
-    "Each margin is the smallest over the axes. J_M is the largest eigenvalue of J. The coupling, which the paper leaves out, "
+    "Each margin is the smallest over the axes; what holds on this flight only does not at every attitude. J_M is the largest "
+    "eigenvalue of J on this flight. The coupling, which the paper leaves out, "
     "allows a thrust of 2 l_2 sqrt(k_1 k_2), which must be above the largest one flown: k_1 and k_2 are the first and the "
     "third margin, and l_2 is the smallest entry of Lambda2."
 )
@@ -123,5 +123,3 @@ CHECKED = (
     "differ only by rounding; the third differs by what sampling adds. All numbers are in certificate.json."
 )
 """What the rows of the tables are about."""
-
-OTHERS = "Other definitions, and the coupling beside the damping:"

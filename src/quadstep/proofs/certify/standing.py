@@ -74,26 +74,36 @@ ANSWERS = {
 
 
 def answer(c: FlightCertificate) -> str:
-    """Whether the theorem applies and is tested, in a sentence; what breaks it, and what would repair that."""
-    what, broken, lost = standing(c), c.conditions.broken(), kind(c) == "lost"
-    unprinted = " but the paper does not print" * c.conditions.printed_hold
+    """Whether the theorem applies and is tested; what breaks it, and which term raised L most where coupling may be blamed."""
+    what, broken, lost = standing(c), "; ".join(c.conditions.broken()), kind(c) == "lost"
     more = {
-        "conditions broken": f"a condition that it needs{unprinted} is violated"
-        if len(broken) == 1
-        else f"conditions that it needs{unprinted} are violated",
+        "conditions broken": broken,
         "sign consistent": f" of the {c.outside.sum():,} of {len(c.outside):,} samples that lie outside the ball b_r",
         "rising between samples": f": {rises(c)}",
         "contradicted": f". At {contradicting(c).sum():,} of the {c.outside.sum():,} samples outside the ball b_r, L_dot was "
         f"not negative, mostly because of {TERMS[culprit(c)][1]}",
     }
-    began = f"The flight was lost at {c.ended:.4g} s; up to {c.until:.3g} s it" if lost else "This flight"
-    said = [f"{began} {ANSWERS[what]}{more.get(what, '')}."]
-    if broken:
-        said.append(f"What fails: {'; '.join(broken)}. What would repair it, at this thrust and these attitudes: ")
-        said[-1] += f"{units.listed(c.conditions.repairs())}."
+    which, met = "coupling" if c.conditions.hold else "corrected", "he printed conditions of Theorem 5.1 hold"
+    if what == "conditions broken" and c.conditions.printed_hold:
+        said = [f"Lost at {c.ended:.4g} s, although t{met}. T" if lost else f"T{met}; t"]
+        said[0] += f"he {which} condition, which the paper omits, does not: {broken}."
+    else:
+        began = f"Lost at {c.ended:.4g} s. Up to {c.until:.3g} s, this" if lost else "This"
+        said = [f"{began} flight {ANSWERS[what]}{more.get(what, '')}."]
+    said += driver(c) if what == "conditions broken" and c.conditions.hold else []
     said += untested(c) if what == "sign consistent" else []
     said += [f"The flight of {TESTING} does test it."] * (what == "untested" and not lost)
     return " ".join(said)
+
+
+def driver(c: FlightCertificate) -> list[str]:
+    """The term that added most to L, beside the coupling."""
+    done = {name: float(values[-1]) for name, values in work(c).items() if name != "filtering"}
+    most, way = max(done, key=done.__getitem__), "added" if done["coupling"] >= 0.0 else "took"
+    beside = f"; the coupling {way} {units.quantity(abs(done['coupling']), 'J')}" * (most != "coupling")
+    until = f" up to {c.until:.3g} s" * bool(len(c.later))
+    said = f"The term that added most to L{until} is {TERMS[most][1]}, {units.quantity(done[most], 'J')}{beside}."
+    return [said] * (done[most] > 0.0)
 
 
 def untested(c: FlightCertificate) -> list[str]:
@@ -112,7 +122,7 @@ def facts(c: FlightCertificate) -> list[Fact]:
     fell = ("undecided", rises(c)) if leaps else ("fell", f"L_dot < 0 at all {count:,} samples outside b_r")
     rose = "rose", f"at {rising:,} of {count:,} samples outside b_r"
     return [
-        Fact("conditions of the proof", "violated" if broken else "hold", kind="fails" * bool(broken)),
+        Fact("conditions of the proof", *(("violated", "", False, "fails") if broken else ("hold", "", False, "holds"))),
         Fact(
             "samples outside the ball b_r",
             f"{f'{count:,}' if count else 'none'} of {len(c.r):,}",
@@ -198,15 +208,10 @@ def visible(c: FlightCertificate) -> dict[str, Array]:
 
 def checked(c: FlightCertificate) -> str:
     """What the figure of the checks shows."""
-    value, ratio = c.lyapunov.value, c.coupling_ratio
-    first, last, most = (units.quantity(float(one), "J") for one in (value[0], value[-1], value.max()))
-    went = f"L goes from {first} to {last}; its largest value is {most}."
-    if not len(ratio):
-        return went
-    done = units.quantity(abs(float(parts(c)["coupling"][-1])), "J")
-    least = f"the least damping that the proof counts on, in {100.0 * np.mean(ratio > 1.0):.3g} % of samples"
-    way = "added to" if parts(c)["coupling"][-1] >= 0.0 else "took from"
+    first, last, most = (
+        units.quantity(float(one), "J") for one in (c.lyapunov.value[0], c.lyapunov.value[-1], c.lyapunov.value.max())
+    )
     return (
-        f"{went} The coupling, which the proof omits, could change L at a rate of up to |r1| |delta|, which is above "
-        f"K_min |r|^2, {least}. What it {way} L over the flight is {done}."
+        f"L goes from {first} to {last}; its largest value is {most}. |r1| |delta| is the most that coupling can do to L, "
+        "K_min |r|^2 the least that damping does; what they did is in the table above."
     )
