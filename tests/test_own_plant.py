@@ -218,7 +218,7 @@ def test_every_command_takes_it(mission, command):
 def test_its_flights_are_proved_and_that_is_checked(mission, start):
     run = quadstep("prove", mission, "--start", start, "--out", "proofs/lift.json")
     assert run.code == 0, run
-    assert "proved: " in run.out
+    assert "Proved: " in run.out
     run = quadstep("prove", "--check", "proofs/lift.json", "--controller", "rail.py")
     assert run.code == 0, run
     assert "confirmed" in run.out

@@ -34,7 +34,7 @@ def loop_of(found, path):
 def test_what_was_proved_is_confirmed(tmp_path, name, request):
     run = checked(tmp_path, request.getfixturevalue(name))
     assert (run.code, run.err) == (0, "")
-    assert "confirmed: " in run.out
+    assert "Confirmed: " in run.out
 
 
 @pytest.mark.parametrize("size", [1e60, 1.7e308])

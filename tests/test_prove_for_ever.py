@@ -70,7 +70,7 @@ def proved(tmp_path_factory):
 
 def test_hover_with_lagging_rotors_is_proved_to_hold_for_ever(proved):
     out, file = proved
-    assert "proved: every flight whose start is within" in out
+    assert "Proved: every flight whose start is within" in out
     assert "s to 1,000,000 s (11.6 days), the longest time that this proof covers" in out
     for needed in ("attitude", "°", "rates", "°/s", "speeds", "rad/s", "m/s", "mm"):
         assert needed in out
@@ -102,7 +102,7 @@ def test_flights_from_the_corners_and_within_stay_in_the_set(proved):
 def test_the_check_confirms_it(proved):
     run = quadstep("prove", "--check", proved[1])
     assert (run.code, run.err) == (0, "")
-    assert "confirmed: every flight whose start is within" in run.out
+    assert "Confirmed: every flight whose start is within" in run.out
 
 
 def changed(key, change):
@@ -141,7 +141,7 @@ def check_of(folder, certificate, change):
 def test_the_check_refuses_what_was_not_proved(tmp_path, proved, name):
     run = check_of(tmp_path, proved[1], MUTATIONS[name])
     assert (run.code, run.err) == (errors.FAILED, "")
-    assert "not confirmed: " in run.out
+    assert "Not confirmed: " in run.out
     assert "proved" not in run.out
 
 

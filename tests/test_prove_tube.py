@@ -87,7 +87,7 @@ def certificate(tmp_path_factory):
     run = quadstep("prove", write(folder, SHORT), "--out", folder / "proof.json")
     assert (run.code, run.err) == (0, "")
     assert (
-        "proved: under any force up to 0.00023 N and any torque up to 0.00023 N m on each axis (free to change at" in run.out
+        "Proved: under any force up to 0.00023 N and any torque up to 0.00023 N m on each axis (free to change at" in run.out
     )
     return json.loads((folder / "proof.json").read_text())
 
@@ -226,7 +226,7 @@ def test_the_check_refuses_a_certificate_that_says_more_than_was_proved(tmp_path
     MUTATIONS[name](content)
     run = checked(tmp_path, content)
     assert (run.code, run.err) == (1, "")
-    assert "not confirmed: " in run.out
+    assert "Not confirmed: " in run.out
     assert "proved" not in run.out
 
 
@@ -361,6 +361,6 @@ def test_a_command_without_a_desired_attitude_is_proved_like_one_of_zeros(tmp_pa
 def test_a_singularity_in_the_box_leaves_it_open_with_its_place(tmp_path):
     run = quadstep("prove", write(tmp_path, SHORT), "--start", "0.6", "--out", tmp_path / "proof.json")
     assert (run.code, run.err) == (1, "")
-    assert "undecided: " in run.out
+    assert "Undecided: " in run.out
     assert ".py, line" in run.out
     assert not (tmp_path / "proof.json").exists()

@@ -95,7 +95,7 @@ SAID = {
     "export": "geometric tracking on SE(3) in C99, f32",
     "linear": "one loop opened at a time",
     "what-if": "In gusts, at rest, and in a step in calm air",
-    "prove": "proved: every flight whose start is within",
+    "prove": "Proved: every flight whose start is within",
     "replay": "mean error after",
     "vehicle fit": "Wrote sheet",
     "completion": "complete -o default -F _quadstep_completion quadstep",

@@ -71,11 +71,11 @@ def prove(
         page = report.place_beside(file)
         others = Unknown(0.0, 0.0, mass, inertia, start, start_velocity, start_attitude, start_rates)
         verdict = run.prove_mission(mission, force, torque, others, file)
-    say(verdict.says[0])
+    say(report.sentence(verdict.says[0]))
     say("")
     show_table(verdict.name, verdict.columns, verdict.rows)
-    for sentence in verdict.says[1:]:
-        say(sentence)
+    for said in verdict.says[1:]:
+        say(report.sentence(said))
     if verdict.written:
         say_whole(f"Certificate: {verdict.written}")
     if page:

@@ -90,8 +90,7 @@ def prove_mission(
         why = kept
     flown, log = loop.flown()
     if log.outcome is not Outcome.COMPLETED:
-        ended = fly(plan)
-        return flown_verdict(mission.name, plan, ended, [f"disproved: {flight_says(ended)}"])
+        return flown_verdict(mission.name, plan, fly(plan))
     chosen, axes = coordinates(loop, flown, unknown), len(plan.loop.plant.axes)
     refuse_singular(path, loop, flown, unknown, chosen)
     with bar("proving", "samples", loop.samples) as progress:
@@ -210,7 +209,6 @@ def still_open(
 
 def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> ProofVerdict:
     """The verdict that hover is not a stable equilibrium."""
-    log = fly(plan)
     place = ", ".join(f"{one:g}" for one in at.position)
     doubling = f"{math.log(2.0) / growth.slowest:.3g} s"
     says = [
@@ -218,7 +216,6 @@ def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> Pro
         f"there, and the fastest error doubles every {doubling}. This is shown for the law in exact arithmetic. `fly` and "
         "`linear` judge rest where the path begins, where a deviation may grow at another rate.",
         *consequence(plan),
-        flight_says(log),
     ]
     cards = [
         Fact("eigenvalues outside the unit circle", f"{growth.unstable} of {growth.states}", "hover is an exact equilibrium"),
@@ -227,11 +224,8 @@ def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> Pro
             f"{rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s",
         ),
     ]
-    found, note = flown_verdict(name, plan, log, says), "The proof is about hover at the path's end, not this flight."
-    shown = [one._replace(caption=f"{one.caption} {note}") for one in found.pictures]
-    return found._replace(
-        rows=[[one.what, one.value] for one in cards], columns=("at hover", "proved"), cards=cards, pictures=shown
-    )
+    rows = [[one.what, one.value] for one in cards]
+    return ProofVerdict(name, VerdictKind.DISPROVED, rows, says, columns=("at hover", "proved"), cards=cards)
 
 
 def consequence(plan: FlightPlan) -> list[str]:
@@ -251,21 +245,15 @@ def consequence(plan: FlightPlan) -> list[str]:
     ]
 
 
-def flight_says(log: FlightLog) -> str:
-    """How the mission's own flight ended."""
-    lost = f"lost at {log.ended:.4g} s ({REASONS.get(log.outcome, '')})"
-    ended = f"completed in {log.ended:g} s" if log.outcome is Outcome.COMPLETED else lost
-    return f"The mission's own flight was {ended}."
-
-
-def flown_verdict(name: str, plan: FlightPlan, log: FlightLog, says: list[str]) -> ProofVerdict:
-    """A disproof with the mission's own flight: how far it was off its path along each axis, in its log or in the state that
-    ended a lost one, which the log is without.
+def flown_verdict(name: str, plan: FlightPlan, log: FlightLog) -> ProofVerdict:
+    """A disproof by the mission's own flight, which was lost: how far it was off its path along each axis, in its log or in
+    the state that ended it, which the log is without.
     """
+    says = [f"disproved: the mission's own flight was lost at {log.ended:.4g} s ({REASONS.get(log.outcome, '')})."]
     axes = plan.loop.plant.axes
     errors, t = log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes)), log.column("t")
     last = np.array(tuple(plan.loop.plant.error(log.final.state, plan.loop.reference(log.ended, plan.parameters))))
-    if log.outcome is not Outcome.COMPLETED and np.isfinite(last).all():
+    if np.isfinite(last).all():
         errors, t = np.vstack([errors, last]), np.append(t, log.ended)
     texts = in_one_unit([(one, math.nan, math.nan) for one in np.abs(errors).max(axis=0).tolist()], "m")
     rows, shown = [list(row) for row in zip(axes, texts, strict=True)], of_flight(t, errors, plan.parameters.limits.distance)
