@@ -18,10 +18,11 @@ from quadstep.metrics.statistics import share
 from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
+from quadstep.report.told import SPOTS
 from quadstep.studies import study as study_module
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, Chunk, Flyer, on_lanes
 from quadstep.studies.envelope import Map, watched
-from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, close, rule
+from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, how_sure
 from quadstep.studies.envelope_map import CAUSES, LOOKS, Cells, by_success, cells_of, draw_panel, legend, middle, scale
 from quadstep.studies.envelope_request import NOISY_FLIGHTS, request
 from quadstep.studies.study import run
@@ -126,8 +127,8 @@ def test_a_cell_leads_to_its_flight(case):
     _, out = case
     report, page = (out / "report.html").read_text(), (out / "flights.html").read_text()
     assert all(f'href="flights.html#flight=flight-{cell}"' in report for cell in range(24))
-    assert '"path duration = 3\\u00a0s, disturbance scale = 2\\u00a0times Eq. 67, nets off"' in page, "cell 21"
-    assert "click one to see a flight of that cell, which ends as the map shows" in report
+    assert '"path duration = 3\\u00a0s, disturbance scale = 2, nets off"' in page, "cell 21"
+    assert "click one to see the flight of that cell." in report
     found, grades = rows(out), {one["id"]: one["outcome"]["grade"] for one in data_of(page)["flights"]}
     wanted = {"over-limit": "above the limit", None: ""}
     assert {"over-limit", None} < {row["cause"] for row in found} and len(found) == len(grades) == 24
@@ -171,43 +172,50 @@ def test_a_limit_of_something_else_and_what_is_open_are_said(tmp_path):
     assert asked.campaign.meaning == (
         " (success means reaching the end with thrust effort at most 1e+09 N, however large the error)"
     )
-    assert rule(asked) == ""
-    assert rule(asked._replace(random=True)) == " Each was flown once, so chance decides, too."
+    one = made([[[1, 1], [1, 0]]], 0.1)
+    assert how_sure(Envelope(asked, one, [])) == ""
+    assert how_sure(Envelope(asked._replace(random=True), one, [])) == " Each was flown once, so chance decides, too."
     random = np.random.default_rng(2)
-    for flights, said in (
-        (4, "all of its 4 flights"),
-        (20, "at least 19 of its 20 flights"),
-        (200, "at least 190 of its 200"),
-    ):
+    for flights, said in ((4, "all 4 flights"), (20, "at least 19 of 20 flights"), (200, "at least 190 of 200 flights")):
         several = asked._replace(random=True, flights=flights)
-        assert rule(several).startswith(f" A combination can be flown if {said}")
         for _ in range(20):
             successes = random.binomial(flights, random.choice([0.2, 0.9, 0.99], (1, 2, 2)))
-            cells = made(successes, 0.1, flights=flights)
-            told = re.search(
-                r" More flights may change the verdict on (?:(\w+) (?:of the )?(\d+) that can be flown)?(?: and )?"
-                r"(?:(?:(\w+) of the|all) (\d+) that cannot)?\.", close(Envelope(several, cells, [])),
-            )  # fmt: skip
-            wide = np.array([(one := share(int(count), flights)).low < 0.95 <= one.high for count in successes.flat])
-            counts = [int((wide & of.ravel()).sum()) for of in (cells.flyable, ~cells.flyable)]
-            parts = (told.groups()[:2], told.groups()[2:]) if told else ()
-            found = [int(many or 0) if some in ("all", None) else int(some) for some, many in parts]
-            assert (found or [0, 0]) == counts
+            cells, many = made(successes, 0.1, flights=flights), int((successes >= 0.95 * flights).sum())
+            panel, told = MapPanel("", 4, many, 0.5, {}, None), how_sure(Envelope(several, cells, []))
+            first = answer(Envelope(several, cells, [panel])).split(". ")[0]
+            pairs, did = "combinations of path duration and vehicle mass", f"{said} succeed"
+            begun = (
+                f"In {'all' if many == 4 else f'{many} of'} 4 {pairs}, {did}ed"
+                if many
+                else f"In none of the 4 {pairs} did {did}"
+            )
+            assert first.startswith(begun)
+            rate, wide = (
+                "a success rate of 95 %",
+                [(one := share(int(n), flights)).low < 0.95 <= one.high for n in successes.flat],
+            )
+            good, bad = (int((np.array(wide) & of.ravel()).sum()) for of in (cells.flyable, ~cells.flyable))
+            which = f" in {'any' if good == many else good} of these"
+            whole = f" in {bad} of the {'others' if many else 'combinations'}"
+            parts = [f"show {rate}{which}"] * bool(good) + [f"rule {'it out' if good else f'out {rate}'}{whole}"] * bool(bad)
+            assert told.replace(
+                "\N{NO-BREAK SPACE}", " "
+            ) == f" {flights} flights are too few to {' or to '.join(parts)}." * bool(parts)
 
 
 def test_errors_are_said_to_be_those_of_flyable_cells_or_of_coloured_ones(tmp_path):
     asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2", flights=4)
     cells = made([[[4, 4, 3], [2, 1, 0]]], [[[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]], flights=4)
     found = Envelope(asked._replace(random=True), cells, [MapPanel("", 6, 2, 0.5, {}, (0.1, 0.2))])
-    told = "Colour: median position RMSE, 100 mm to 400 mm; 100 mm to 200 mm where it can be flown; lighter means larger."
+    told = "Colour: median position RMSE, 100 mm to 400 mm; lighter means larger."
     causes = np.zeros_like(cells.causes)
     causes[..., 0] = cells.causes.sum(axis=-1)
-    for look, shown in (("Hatched by cause", cells), ("Dotted", cells._replace(causes=causes))):
+    for look, shown in (("Hatched", cells), ("Dotted", cells._replace(causes=causes))):
         said = caption(found._replace(cells=shown), linked=False).replace("\N{NO-BREAK SPACE}", " ")
         assert said.splitlines() == [
             told,
             f"{look}: 2 cells in which fewer than half of the flights succeed.",
-            "Struck through: 2 cells in which too few succeed.",
+            "Struck through: 2 cells in which fewer than 4 of 4 succeed.",
         ]
 
 
@@ -219,10 +227,10 @@ def test_a_map_without_a_flyable_cell_names_its_best_and_shows_success_rates(tmp
         successes = random.integers(0, most + 1, (1, 4, 5))
         cells = made(successes, 0.1, flights=20)
         said = answer(Envelope(asked, cells, [MapPanel("", 20, 0, 0.1, {}, None)])).replace("\N{NO-BREAK SPACE}", " ")
-        assert said.startswith("None of the 20 combinations of path duration and disturbance scale can be flown")
-        assert " A combination can be flown if at least 19 of its 20 flights succeed." in said
+        over = "combinations of path duration and disturbance scale"
+        assert said.startswith(f"In none of the 20 {over} did at least 19 of 20 flights succeed")
         found = re.search(
-            r"; in (.*?), path duration = (\d) s and disturbance scale = (\d) times Eq. 67, (\d+) of 20 flights succeed\.",
+            r"; in (.*?), path duration = (\d) s and disturbance scale = (\d), (\d+) of 20 flights succeed\.",
             said,
         )
         assert bool(found) == bool(successes.max())
@@ -276,9 +284,7 @@ def test_an_axis_that_makes_no_difference_is_named(tmp_path):
 def test_without_a_limit_flyable_is_said_to_be_to_the_end_only(tmp_path):
     axes = "--x", "path.duration=0.5:1:2", "--y", "vehicle.mass=1:1.1:2"
     run = quadstep("envelope", write(tmp_path, LINE), *axes, "--out", tmp_path / "out")
-    said = (
-        "of the 4 combinations of path duration and vehicle mass can be flown: the map shows no limit. Success means reaching"
-    )
+    said = "All 4 combinations of path duration and vehicle mass can be flown: the map shows no limit. Success means reaching"
     assert said in " ".join(run.out.split())
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Success means reaching the end, however large the error." in report
@@ -296,7 +302,7 @@ def test_the_answer_says_where_the_map_can_be_flown_and_where_not(tmp_path):
         count = int(flyable.sum())
         first = answer(Envelope(asked, made(flyable, np.ones_like(flyable)), [MapPanel("", 32, count, 0.5, {}, (1.0, 1.0))]))
         first = re.split(r"(?<=\.) ", first.replace("\N{NO-BREAK SPACE}", " "))[0]
-        assert first.startswith({0: "None of the 32", 32: "Every one of the 32"}.get(count, f"{count} of 32"))
+        assert first.startswith({0: "None of the 32", 32: "All 32"}.get(count, f"{count} of 32"))
         for what, said in re.findall(r"(all|none) where (.*?)(?=, none|[.]$)", first):
             places = []
             for clause in re.split(" or | and ", said):
@@ -328,8 +334,8 @@ def test_flights_of_a_cell_each_have_their_own_noise(tmp_path):
         "--failure", "position_rmse=0.42", "--out", out,
     )  # fmt: skip
     assert run.code == 0, run
-    said = " A combination can be flown if all of its 3 flights succeed."
-    assert said in run.out.replace("\n", " ") and " Limit: position RMSE 0.42 m." in run.out.replace("\n", " ")
+    told = run.out.replace("\n", " ")
+    assert " did all 3 flights succeed. " in told and " Limit: position RMSE 0.42 m." in told
     asked = request(path, "wind.mean.0=1,4", "sensors.position_noise=0.01:0.03:3", flights=3)
     spread = []
     for cell, row in enumerate(rows(out)):
@@ -468,6 +474,22 @@ def test_hatches_cover_the_lost_cells_only_each_cause_in_its_own_way(tmp_path):
     assert len(spans) == 2
     assert sorted(spans.values()) == [[0.5, -25.0, 1.5, 25.0], [1.5, -25.0, 2.5, 25.0]]
     assert [handle.get_label() for handle in legend(asked, cells)] == ["largest error more than 0.5 m", "lost: off the path"]
+
+
+def test_a_cell_under_the_pointer_says_why_flights_fail_not_that_most_do(tmp_path):
+    asked = request(saved(tmp_path), "path.duration=1:2:2", "disturbance.scale=0,1", flights=20)
+    axes = drawn(asked, made([[[20, 19], [18, 3]]], 0.1, {"over-limit": np.array([[[0, 1], [1, 17]]])}, flights=20))
+    told = [dict(one.said).get("failures") for one in SPOTS[axes]]
+    assert told == [None, "above a limit", "mostly above a limit", "above a limit"]
+    assert [dict(one.said)["succeed"][:2] for one in SPOTS[axes]] == ["10", "95", "90", "15"]
+
+
+def test_a_dotted_cell_and_a_line_have_their_own_words(tmp_path):
+    asked = request(
+        saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2", failures=["largest_error=0.5"], flights=20
+    )
+    cells = made([[[20, 18, 3], [19, 12, 9]]], 0.1, {"over-limit": np.array([[[0, 2, 17], [1, 8, 11]]])}, flights=20)
+    assert [one.get_label() for one in legend(asked, cells)] == ["fewer than half succeed", "fewer than 19 of 20 succeed"]
 
 
 def test_all_lost_cells_of_a_row_are_hatched(tmp_path):

@@ -131,7 +131,7 @@ def test_a_folder_of_other_results_is_kept(tmp_path):
     before = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
     assert envelope(tmp_path).code == 0  # the same map again
     for more in (["--flights", "2"], ["--failure", "position_rmse=1"], ["--by", "vehicle.mass=1,2"]):
-        refused(envelope(tmp_path, *more), "out", "other results (Envelope: mission)", "--overwrite")
+        refused(envelope(tmp_path, *more), "out", "other results (mission)", "--overwrite")
     refused(envelope(tmp_path, x="disturbance.scale=0,1", y=X), "--overwrite")
     assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
     assert envelope(tmp_path, "--flights", "2", "--overwrite").code == 0

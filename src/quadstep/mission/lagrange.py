@@ -90,7 +90,7 @@ class VehicleSection(Section):
 class DisturbanceSection(Section):
     """The paper's disturbance (Eq. 67), plus constant force and generalised torque."""
 
-    scale: Annotated[Finite, Quantity("times Eq. 67", "scale of the paper's disturbance; 0 for none")] = 1.0
+    scale: Annotated[Finite, Quantity("", "scale of the paper's disturbance; 0 for none")] = 1.0
     force: Annotated[Triple, Quantity("N", "constant force in world axes")] = (0.0, 0.0, 0.0)
     torque: Annotated[Triple, Quantity("N m", "constant torque on psi, theta, phi")] = (0.0, 0.0, 0.0)
 

@@ -59,7 +59,7 @@ class Map(Study[Envelope]):
         links = write_flights(out, self.campaign, found, dict(zip(seen, map(self.place, cells), strict=True)))
         at = {flight % self.asked.cells: link for flight, link in links.items()}
         draw_map(out / PICTURE, self.asked, envelope.cells, sheet, at)
-        name = f"Envelope: {self.campaign.defaults['name']}"
+        name = self.campaign.file.name
         unit, factor = units.handy("m", max((one.rmse[1] for one in envelope.panels if one.rmse), default=0.0))
         header, rows = [one.format(unit) for one in HEADER], [row(one, factor) for one in envelope.panels]
         return Evidence(

@@ -11,7 +11,7 @@ from quadstep.metrics.statistics import share
 from quadstep.mission.fields import words
 from quadstep.report import units
 from quadstep.studies.campaign.summary import as_sentence
-from quadstep.studies.envelope_map import FLYABLE, LEAST, Cells, by_success, coloured
+from quadstep.studies.envelope_map import FLYABLE, LEAST, Cells, by_success, coloured, fewest, too_few
 from quadstep.studies.envelope_request import MapAxis, Request
 
 
@@ -37,43 +37,47 @@ class Envelope(NamedTuple):
 
 
 def answer(envelope: Envelope) -> str:
-    """How much of the map can be flown and where, in a sentence; what that means, and how sure it is."""
-    asked, cells = envelope.asked, envelope.panels[0].cells
+    """In how much of the map enough flights succeed and where, in a sentence; what that means, and how sure it is."""
+    asked, cells, flyable = envelope.asked, envelope.panels[0].cells, envelope.cells.flyable
+    several = asked.flights > 1
     over = f"combinations of {words(asked.x.key)} and {words(asked.y.key)}"
     names = [f" with {one.name}" if one.name else "" for one in envelope.panels]
     if asked.cells == 1:
-        at = f"{asked.x.in_words(asked.x.values[0])} and {asked.y.in_words(asked.y.values[0])}{names[0]}"
-        said = f"The one combination of this map, {at}, {'can' if envelope.cells.flyable.all() else 'cannot'} be flown"
-    elif envelope.cells.flyable.all():
-        said = f"Every one of the {cells} {over} can be flown{units.listed(names)}: the map shows no limit"
-    elif not envelope.cells.flyable.any():
-        said = f"None of the {cells} {over} can be flown{units.listed(names)}{best(envelope)}"
+        said = f"With {asked.x.in_words(asked.x.values[0])} and {asked.y.in_words(asked.y.values[0])}{names[0]}, "
+        said += f"{int(envelope.cells.successes.sum())} of {asked.flights} flights succeeded"
+    elif not flyable.any():
+        over = f"the {cells} {over}"
+        did = f"In none of {over} did {enough(asked)} flights succeed" if several else f"None of {over} can be flown"
+        said = f"{did}{units.listed(names)}{best(envelope)}"
     else:
-        first, *others = [f"{one.flyable} of {cells}" for one in envelope.panels]
-        parts = [f"{first} {over} can be flown{names[0]}", *map("".join, zip(others, names[1:], strict=True))]
-        said = f"{', '.join(parts)}{borders(envelope)}"
-    more = f"{rule(asked)}{close(envelope)}{as_sentence(asked.campaign.meaning)}{either_way(envelope)}{idle(envelope)}"
-    return f"{said}.{more}"
+        counts = [f"{'all' if flyable.all() else f'{one.flyable} of'} {cells}" for one in envelope.panels]
+        parts = [f"{counts[0]} {over}{' can be flown' * (not several)}{names[0]}"]
+        parts += [f"{count}{name}" for count, name in zip(counts[1:], names[1:], strict=True)]
+        said = f"In {units.listed(parts)}, {enough(asked)} flights succeeded" if several else ", ".join(parts)
+        said += ": the map shows no limit" if flyable.all() else borders(envelope)
+    more = f"{how_sure(envelope)}{as_sentence(asked.campaign.meaning)}{either_way(envelope)}{idle(envelope)}"
+    return f"{said[0].upper()}{said[1:]}.{more}"
 
 
-def rule(request: Request) -> str:
-    """How many flights of a combination decide, in a sentence after a blank."""
-    if request.flights == 1:
-        return " Each was flown once, so chance decides, too." * request.random
-    same = "" if request.random else " Nothing is random here: all flights of a combination are identical."
-    return f" A combination can be flown if {enough(request)} succeed.{same}"
-
-
-def close(envelope: Envelope) -> str:
-    """Of how many combinations the flights do not decide whether enough succeed, in a sentence after a blank."""
+def how_sure(envelope: Envelope) -> str:
+    """What the flights of a combination say of others, in a sentence after a blank: of how many combinations they are too few
+    to tell whether `FLYABLE` of them succeed.
+    """
     asked, good = envelope.asked, envelope.cells.flyable.ravel()
-    if not asked.random or asked.flights == 1:
-        return ""
+    if not asked.random:
+        return " Nothing is random here: all flights of a combination are identical." * (asked.flights > 1)
+    if asked.flights == 1:
+        return " Each was flown once, so chance decides, too."
     ends = [share(int(one), asked.flights) for one in envelope.cells.successes.flat]
     open_ones = np.array([one.low < FLYABLE <= one.high for one in ends])
-    counts = [(int((open_ones & of).sum()), int(of.sum()), how) for of, how in ((good, "can be flown"), (~good, "cannot"))]
-    told = [f"{'all' if some == many else f'{some} of the'} {many} that {how}" for some, many, how in counts if some]
-    return f" More flights may change the verdict on {units.listed(told)}." if told else ""
+    shown, out = (int((open_ones & of).sum()) for of in (good, ~good))
+    rate, one = f"a success rate of {units.percent(FLYABLE)}", good.size == 1
+    told = [f"to show {rate}{'' if one else ' in any of these' if shown == good.sum() else f' in {shown} of these'}"] * bool(
+        shown
+    )
+    where = "" if one else f" in {out} of the {'others' if good.any() else 'combinations'}"
+    told += [f"to rule {'it out' if shown else f'out {rate}'}{where}"] * bool(out)
+    return f" {asked.flights} flights are too few {units.listed(told, 'or')}." if told else ""
 
 
 def best(envelope: Envelope) -> str:
@@ -99,7 +103,8 @@ def either_way(envelope: Envelope) -> str:
         return ""
     count, name = max(smaller), envelope.panels[smaller[1] > smaller[0]].name
     what = f"{'median ' if envelope.asked.flights > 1 else ''}position RMSE"
-    shared = f"Where both can be flown ({units.counted(int(both.sum()), 'combination')})"
+    where = f"Where {'enough succeed with both' if envelope.asked.flights > 1 else 'both can be flown'}"
+    shared = f"{where} ({units.counted(int(both.sum()), 'combination')})"
     larger, less = (second, first) if smaller[0] > smaller[1] else (first, second)
     many, middle = "all" if count == both.sum() else count, float(np.median(larger / np.maximum(less, LEAST)))
     worse = envelope.panels[smaller[0] >= smaller[1]].name
@@ -119,7 +124,7 @@ def borders(envelope: Envelope) -> str:
         if not where and len(axes) == len(asked.axes):
             rows, columns = corner(cells[0])
             where = " and ".join(filter(None, (span(asked.x, columns, asked.random), span(asked.y, rows, asked.random))))
-        parts += [f"{what} where {where}"] * bool(where)
+        parts += [f"{'in ' * (asked.flights > 1)}{what} where {where}"] * bool(where)
     whole = {1: "", 2: "with both, "}.get(len(envelope.panels), "with each, ")
     return f": {whole}{', '.join(parts)}" if parts else ""
 
@@ -167,32 +172,34 @@ def idle(envelope: Envelope) -> str:
 
 
 def enough(request: Request) -> str:
-    """How many flights must succeed for a combination to count as flyable."""
+    """How many of its flights must succeed for a combination to count as flyable."""
     flights = request.flights
-    least = next(count for count in range(flights + 1) if count / flights >= FLYABLE)
-    return f"{'all' if least == flights else f'at least {least}'} of its {flights} flights"
+    return f"all {flights}" if fewest(flights) == flights else f"at least {fewest(flights)} of {flights}"
 
 
 def caption(envelope: Envelope, linked: bool) -> str:
     """What the map shows, line by line. linked: whether cells with a circle are links."""
-    cells, seen, good = envelope.cells, coloured(envelope.cells), envelope.cells.flyable
+    cells, seen = envelope.cells, coloured(envelope.cells)
     several, lines = envelope.asked.flights > 1, list[str]()
     if by_success(cells):
         lines.append(f"Colour: share of flights that succeed, {between(cells.share, units.percent)}; lighter means more.")
     elif seen.any():
-        flown = f"; {between(cells.rmse[good], length)} where it can be flown" if good.any() and not good[seen].all() else ""
         lighter = "; lighter means larger" * bool(np.ptp(cells.rmse[seen]))
         what = f"{'median ' if several else ''}position RMSE"
-        lines.append(f"Colour: {what}, {between(cells.rmse[seen], length)}{flown}{lighter}.")
+        lines.append(f"Colour: {what}, {between(cells.rmse[seen], length)}{lighter}.")
     if not seen.all():
-        few = "in which fewer than half of the flights succeed" if several else "whose flight fails"
-        look = "Hatched by cause" if cells.cause[~seen].any() else "Dotted"
+        causes = cells.cause[~seen]
+        few = (
+            "in which fewer than half of the flights succeed"
+            if several
+            else f"whose flight {'is lost' if causes.all() else 'fails'}"
+        )
+        look = "Hatched" if causes.any() else "Dotted"
         lines.append(f"{look}: {units.counted(int((~seen).sum()), 'cell')} {few}.")
-    if (struck := seen & ~good).any() and good.any():
-        lines.append(f"Struck through: {units.counted(int(struck.sum()), 'cell')} in which too few succeed.")
+    if (struck := seen & ~cells.flyable).any() and cells.flyable.any():
+        lines.append(f"Struck through: {units.counted(int(struck.sum()), 'cell')} in which {too_few(envelope.asked.flights)}.")
     if linked:
-        ended = "one that ends as at least half do there" if several else "which ends as the map shows"
-        lines.append(f"Circles: click one to see a flight of that cell, {ended}. Its page may warn of what no limit judges.")
+        lines.append(f"Circles: click one to see {'a' if several else 'the'} flight of that cell.")
     return "\n".join(lines)
 
 

@@ -42,6 +42,16 @@ from quadstep.studies.study import Flown
 FLYABLE = 0.95
 """The share of flights that must succeed for a cell to count as flyable."""
 
+
+def fewest(flights: int) -> int:
+    """How many of so many flights must succeed for a cell to count as flyable."""
+    return next(count for count in range(flights + 1) if count / flights >= FLYABLE)
+
+
+def too_few(flights: int) -> str:
+    return f"fewer than {fewest(flights)} of {flights} succeed"
+
+
 OVER_LIMIT = "over-limit"
 CAUSES = (OVER_LIMIT, *OUTCOMES[1:])
 """Why a flight does not succeed: it completed, but failed by a limit of the user's; or it ended early."""
@@ -298,11 +308,11 @@ def tell_cells(axes: Axes, request: Request, cells: Cells, place: int) -> None:
     for (row, column), good in np.ndenumerate(cells.share[place]):
         where = ((request.x, column), (request.y, row))
         name = ", ".join(axis.in_words(axis.values[i]) for axis, i in where)
-        rmse, cause = float(cells.rmse[place, row, column]), int(cells.cause[place, row, column])
+        rmse, causes = float(cells.rmse[place, row, column]), cells.causes[place, row, column]
         told = [("succeed", percent(float(good)))] if cells.flights > 1 else []
         told += [("position RMSE", quantity(rmse, "m"))] if math.isfinite(rmse) else []
-        why = in_brief(CAUSES[cause]) if cause >= 0 else ""
-        told += [("most often" if cells.flights > 1 else "result", why)] if why else []
+        why = f"{'mostly ' * bool((causes > 0).sum() > 1)}{in_brief(CAUSES[causes.argmax()])}" if causes.any() else ""
+        told += [("failures" if cells.flights > 1 else "result", why)] if why else []
         tell(axes, ToldPlace(across[column], across[column + 1], up[row], up[row + 1], name, told))
 
 
@@ -343,13 +353,14 @@ def legend(request: Request, cells: Cells) -> list[Artist]:
         f"{metric(full := request.campaign.thresholds[name])[0]} more than {most:g} {unit(full)}".strip()
         for name, most in request.campaign.file.failure.items()
     )
+    limits = "fewer than half succeed" if cells.flights > 1 and not cells.cause[grey].any() else limits
     handles: list[Artist] = [
         Patch(**look_of(name), label=LOOKS[name][2] or limits)
         for number, name in enumerate(CAUSES)
         if (grey & (cells.cause == number)).any()
     ]
     some = bool((~grey & ~cells.flyable).any() and cells.flyable.any())
-    return [*handles, *[Line2D([], [], color=STRUCK, linewidth=THICK, label="too few succeed")][:some]]
+    return [*handles, *[Line2D([], [], color=STRUCK, linewidth=THICK, label=too_few(cells.flights))][:some]]
 
 
 def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: Normalize, request: Request) -> None:
