@@ -91,8 +91,9 @@ def test_the_report_shows_predictions_simulations_and_estimates(tmp_path, logs):
     assert "The Kalman filter's position is off by" in said
     for words in (
         "Bitcraze Crazyflie 2.1 (crazyflie) on 2 flights",
-        "0.5 s ahead from commands alone: ",
-        "(the least well predicted of 2 flights): measured, and predicted 0.1 s earlier",
+        "position after 0.5 s",
+        "the better baseline",
+        "(of 2 flights, the one whose position is predicted worst): measured, and predicted 0.1 s earlier",
         "Settings vehicle crazyflie, 0.0328 kg flights B0_made, B1_made",
         "zero rate",
         "B0_made: setpoint, real",

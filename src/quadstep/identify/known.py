@@ -10,12 +10,11 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.fields import words
 from quadstep.mission.listings import numbers
 from quadstep.report.evidence import TableSection
-from quadstep.report.units import counted, handy, interval_texts, listed, number, prose
+from quadstep.report.units import handy, interval_texts, number, prose
 
 WELL, ROUGHLY, BARELY, SIGN, UNKNOWN = "well", "roughly", "barely", "sign\u00a0unknown", "not\u00a0at\u00a0all"
-GRADES = {WELL: " (to within 10 %)", ROUGHLY: " (to within 50 %)", BARELY: " (not to within 50 %)"}
-"""How well a number is known, by its 95 % interval. Only what is well or roughly known is identified."""
 FROM_WORST = (UNKNOWN, SIGN, BARELY, ROUGHLY, WELL)
+"""How well a number is known, by its 95 % interval."""
 
 READING = (
     "Well known: the interval is within 10 % of the value; roughly: within 50 %; barely: wider; sign unknown: it "
@@ -36,28 +35,8 @@ def grade(one: Fitted | None, beside: float = 0.0) -> str:
     return SIGN if one.either_sign else WELL if share < 0.1 + 1e-9 else ROUGHLY if share < 0.5 + 1e-9 else BARELY
 
 
-def graded(fit: Identified) -> str:
-    """How many numbers are known to within a half; how many only in proportion to what no flight reveals; and which less."""
-    scaled = [grade(one) for key, one in fit.fitted.items() if key in GROWS]
-    alone = {key: grade(one) for key, one in fit.fitted.items() if key not in GROWS}
-    less = [in_words(key) for key, how in alone.items() if how not in (WELL, ROUGHLY)]
-    known, count = [how for how in alone.values() if how in (WELL, ROUGHLY)], len(fit.fitted) + len(fit.kept)
-    said = f"{len(known)} of {counted(count, 'vehicle parameter')} {be(known)} identified{in_grades(known)}."
-    if scaled:
-        more = f"{len(scaled)} more {be(scaled)} known only in proportion to the given mass, thrust coefficient or yaw inertia"
-        said += f" {more}{in_grades(scaled)}."
-    return said + f" Not known to within 50 %, and not counted: {listed(less)}." * bool(less)
-
-
 def be(several: Sequence[object]) -> str:
     return "is" if len(several) == 1 else "are"
-
-
-def in_grades(several: Sequence[str]) -> str:
-    """How many are known how well."""
-    how = [f"{several.count(one)} {one}{width}" for one, width in GRADES.items() if one in several]
-    alike = len(how) == 1 and len(several) > 1
-    return f", all {how[0].partition(' ')[2]}" if alike else f": {listed(how)}" if how else ""
 
 
 def number_of(vehicle: AirframeSection, key: str, usual: float) -> float:
@@ -92,6 +71,6 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
     ratio = "Known only up to the mass m, thrust coefficient k_f and yaw inertia J_z"
     found = (
         TableSection("", "", header, rows[0], f"{whole} {READING}", shown="Estimated from the flights alone"),
-        TableSection("", "", (*header[:2], "fit alone, 95 %", *header[3:]), rows[1], scale, shown=ratio),
+        TableSection("", "", (*header[:2], "fit alone, 95 %", *header[3:]), rows[1], scale, shown=ratio, columns=(0, 1, 2, 4)),
     )
     return [one for one in found if one.rows]

@@ -12,7 +12,7 @@ from quadstep.identify.filtered_logs import Deviation, Estimated
 from quadstep.identify.flown_setpoints import FlightComparison
 from quadstep.identify.logs.flight import FlightRecord, Floats, spectrum
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, ready
-from quadstep.identify.replay_report import ESTIMATED, FACTOR, PREDICTED, UNIT, identity, write_tables
+from quadstep.identify.replay_report import ESTIMATED, FACTOR, PREDICTED, identity, suited_unit, write_tables
 from quadstep.identify.residual import Followed, followed
 from quadstep.identify.run import Identification
 from quadstep.identify.starts import GROUPS, HORIZONS
@@ -26,7 +26,7 @@ from quadstep.report.evidence import Evidence, Figure
 from quadstep.report.panel import SETPOINT, Panel
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import COLUMN, Sheet
-from quadstep.report.units import counted, handy, quantity
+from quadstep.report.units import counted, quantity
 
 ERRORS = f"{FIGURES}/errors"
 AGAINST_GUESSES = (
@@ -59,11 +59,16 @@ def write_replay(
 def least_predicted(flights: Sequence[FlightRecord], request: ReplayRequest, result: Replayed) -> list[FigureJob]:
     """The flight whose position is predicted worst, over time."""
     errors = result.predictions[0].compared
-    name = errors.names[int(errors.predicted[errors.horizons.index(HORIZONS[-1]), 0].argmax())]
+    name = worst_position(errors)
     numbers, guided = ready(flights, request.section, request.commands_only)
     one = followed(next(flight for flight in flights if flight.name == name), request.section, numbers, guided)
-    kind = f"the least well predicted of {len(errors.names)} flights" * (len(errors.names) > 1)
+    kind = f"of {len(errors.names)} flights, the one whose position is predicted worst" * (len(errors.names) > 1)
     return [prediction_picture(one, 0, kind, errors.knows)] if one else []
+
+
+def worst_position(errors: ErrorTable) -> str:
+    """The flight whose position is predicted worst half a second ahead."""
+    return errors.names[int(errors.predicted[errors.horizons.index(HORIZONS[-1]), 0].argmax())]
 
 
 def illustrated(evidence: Evidence, result: Replayed, out: Path, sheet: Sheet, least: Sequence[FigureJob]) -> Evidence:
@@ -104,7 +109,7 @@ def draw_errors(path: Path, errors: ErrorTable, period: float, sheet: Sheet, gro
         panels = figure.subplots(rows, columns, sharex=True, squeeze=False)
         for group, axes in zip(groups, panels.flat, strict=True):
             means = np.array([errors.means(horizon, group) for horizon in errors.horizons]).T * FACTOR[group]
-            unit, factor = handy(UNIT[group], float(means.max()))
+            unit, factor = suited_unit(group, float(means.max()))
             for style, name, row in zip(LINES, ("predicted", "constant", "zero rate"), factor * means, strict=False):
                 axes.plot(ahead, row, label=name, marker="o", markersize=3, **style)
             axes.set_xscale("log")
@@ -160,18 +165,21 @@ def figure_of(out: Path, job: FigureJob, sheet: Sheet) -> Figure:
 def write_identification(
     path: Path, evidence: Evidence, run: Identification, period: float, found: Sequence[Followed]
 ) -> None:
-    """Write the page, with figures of the flights on which the vehicle is judged. found: `followers`. Raises UserError."""
+    """Write the page. found: `followers`; the figures show that whose position is predicted worst. Raises UserError."""
+    named = worst_position(run.commands) if run.commands else ""
+    shown = [one for one in found if one.name == named] or found[:1]
+    flown = [one for one in run.flown if one.name == named] or run.flown[:1]
     with TemporaryDirectory() as folder:
         out = Path(folder)
         (out / FIGURES).mkdir()
-        pictures = [figure_of(out, prediction_picture(one, i, run.kind, "commands alone"), SVG) for i, one in enumerate(found)]
+        pictures = [figure_of(out, prediction_picture(one, i, run.kind, "commands alone"), SVG) for i, one in enumerate(shown)]
         top = pictures[:1]
         if run.commands:
             draw_errors(out / ERRORS, run.commands, period, SVG)
             top = [Figure(ERRORS, f"{AGAINST_GUESSES} Held-out flights, from {run.commands.knows}.")]
         beside = {
-            "left": [*pictures[not run.commands :], *(spectra(out, one, i) for i, one in enumerate(found))],
-            "simulated": [figure_of(out, flight_picture(one, place), SVG) for place, one in enumerate(run.flown)],
+            "left": [*pictures[not run.commands :], *(spectra(out, one, i) for i, one in enumerate(shown))],
+            "simulated": [figure_of(out, flight_picture(one, place), SVG) for place, one in enumerate(flown)],
         }
         text = with_figures(evidence._replace(figures=top), beside).html(out)
     write_beside(path, text)

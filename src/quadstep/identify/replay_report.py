@@ -20,7 +20,7 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.report import markup
 from quadstep.report.evidence import Evidence, Section, TableSection
 from quadstep.report.publish import write_csv
-from quadstep.report.units import counted, handy, interval, listed, number, percent, quantity
+from quadstep.report.units import counted, handy, interval, listed, number, percent, quantity, unit_suffix
 
 UNIT = {"position": "m", "velocity": "m/s", "attitude": "°", "rates": "°/s"}
 """Units in which errors are drawn and said."""
@@ -194,21 +194,26 @@ def predicting(compared: ErrorTable, period: float, tests: bool = True) -> str:
     )
 
 
-def verdict(compared: ErrorTable) -> str:
+def better_than_none(compared: ErrorTable) -> str:
     """What is predicted better, hardly better or worse than by the better of the two baselines."""
     kinds: dict[str, list[str]] = {}
     for group in GROUPS:
-        ratio = to_better_guess(compared, group)[0]
+        ratio = to_better_guess(compared, group)
         low, high = (ratio.low, ratio.high) if ratio.bounded else (ratio.value, ratio.value)
         better = "better than both baselines" if ratio.value < HARDLY else "hardly better than the better one"
         other = "worse than the better one" if low > 1.0 else "not demonstrably better than the better one"
         kinds.setdefault(better if high < 1.0 else other, []).append(group)
     first, *rest = [f"{listed(groups)} {how}" for how, groups in kinds.items()]
     but = f", but {listed(rest)}" if rest else ""
+    return first.replace("better one", "better baseline") + but
+
+
+def verdict(compared: ErrorTable) -> str:
+    """The same, as a clause that says of which flights it is true."""
     flights = len(compared.names)
     these = f"these {flights} flights" if flights > 1 else "this flight"
     where = "" if compared.ratio(AHEAD, "position").bounded else f"on {these}, "
-    return f"{where}the model predicts {first.replace('better one', 'better baseline')}{but}"
+    return f"{where}the model predicts {better_than_none(compared)}"
 
 
 def off_by(compared: ErrorTable) -> str:
@@ -222,20 +227,24 @@ def share(ratio: Estimate, of: str) -> str:
     return f"{interval(*ratio)} times {of}" if several else f"{percent(ratio.value, ratio.low, ratio.high)} of {of}"
 
 
-def to_better_guess(compared: ErrorTable, group: str) -> tuple[Estimate, str]:
-    """The ratio to the better of "constant" and "zero rate", and which it is."""
-    both = (compared.ratio(AHEAD, group), CONSTANT), (compared.ratio(AHEAD, group, "zero"), "the error of assuming zero rates")
-    return max(both, key=lambda one: one[0].value)
+def to_better_guess(compared: ErrorTable, group: str) -> Estimate:
+    """The ratio to the better of "constant" and "zero rate"."""
+    return max((compared.ratio(AHEAD, group, to) for to in ("constant", "zero")), key=lambda one: one.value)
+
+
+def suited_unit(group: str, largest: float) -> tuple[str, float]:
+    """In which errors are said, and the factor to it: metres become millimetres, speeds stay m/s."""
+    return handy(UNIT[group], largest) if group == "position" else (UNIT[group], 1.0)
 
 
 def facts(compared: ErrorTable, period: float) -> list[markup.Fact]:
     """Errors `AHEAD`, as shares of those of the better guess."""
     shown = []
     for group in GROUPS:
-        ratio, stronger = to_better_guess(compared, group)
-        error = quantity(FACTOR[group] * compared.means(AHEAD, group)[0], UNIT[group])
-        more = f"{in_time(AHEAD, period)} ahead from {compared.knows}: {share(ratio, stronger)}"
-        shown.append(markup.Fact(group, error, more))
+        error = FACTOR[group] * compared.means(AHEAD, group)[0]
+        unit, factor = suited_unit(group, error)
+        more = share(to_better_guess(compared, group), "the better baseline's error")
+        shown.append(markup.Fact(f"{group} after {in_time(AHEAD, period)}", number(factor * error) + unit_suffix(unit), more))
     return shown
 
 
@@ -248,7 +257,7 @@ def error_table(title: str, errors: ErrorTable, period: float) -> TableSection:
     rows: list[Sequence[markup.Cell]] = []
     for group in GROUPS:
         means = [FACTOR[group] * errors.means(horizon, group)[0] for horizon in HORIZONS]
-        unit, factor = handy(UNIT[group], max(means))
+        unit, factor = suited_unit(group, max(means))
         ratios = [interval(*errors.ratio(AHEAD, group, to)) for to in ("constant", "zero")]
         rows.append((f"{group} [{unit}]", *(number(factor * one) for one in means), *ratios))
     ahead = [in_time(horizon, period) for horizon in HORIZONS]

@@ -8,10 +8,11 @@ import numpy as np
 
 from quadstep.identify.fit import Identified, Say, identify
 from quadstep.identify.flown_setpoints import FlightComparison, flown_again, hover_ratio, of_wrong_thrust, span_of_thrust
-from quadstep.identify.known import fitted, graded, in_words
+from quadstep.identify.known import fitted, in_words
 from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.identify.logs.judge import barely_turned
 from quadstep.identify.replay import ErrorTable, compare, ready
-from quadstep.identify.replay_report import METHOD, called, error_table, off_by, predicting, tracking_table
+from quadstep.identify.replay_report import METHOD, better_than_none, called, error_table, tracking_table
 from quadstep.identify.residual import Followed, followed, trained
 from quadstep.identify.uses import cards, tuning, uses
 from quadstep.identify.vehicle_file import identified_vehicle, in_proportion, with_marks
@@ -34,7 +35,8 @@ class Identification(NamedTuple):
     """vehicle: the result. held_out: names. tested: the fit without these; commands, guided: how it predicts them, by what it
     knows; *_residual: with the learned residual of that fit. None if there are none. thrust: of the vehicle over that needed,
     least and most, if known. residual: of the whole fit, if it was requested and did better on the held-out flights. flown:
-    simulations of the flights on which it is judged.
+    simulations of the flights on which it is judged. idle: of roll and pitch, what no held-out flight turns about; alike:
+    whether these all have the same setpoints.
     """
 
     vehicle: AirframeSection
@@ -48,6 +50,8 @@ class Identification(NamedTuple):
     commands_residual: ErrorTable | None = None
     guided_residual: ErrorTable | None = None
     flown: Sequence[FlightComparison] = ()
+    idle: Sequence[str] = ()
+    alike: bool = False
 
     def judged(self, start: AirframeSection) -> AirframeSection:
         """The vehicle that is judged: fitted without the flights held out, if there are any."""
@@ -71,21 +75,34 @@ class Identification(NamedTuple):
         )
 
 
-def answer(run: Identification, period: float) -> str:
+def answer(run: Identification) -> str:
     """The result: whether to tune on it, and how it predicts unseen flights."""
-    said = [tuning(run.found, run.commands, run.flown, run.thrust)]
+    said = [tuning(run.found, run.commands, run.flown, run.thrust, run.idle)]
     if run.commands is not None:
-        unseen = counted(len(run.commands.names), "flight")
-        said.append(f"On {unseen} held out of the first fit, the {predicting(run.commands, period)}")
-        if run.guided is not None:
-            said.append(f"Predictions that also use the setpoints are off by {off_by(run.guided)}.")
+        unseen = counted(len(run.commands.names), "held-out flight") + " with the same setpoints" * run.alike
+        said.append(f"On {unseen}, from {run.commands.knows}, the model predicts {better_than_none(run.commands)}.")
     return " ".join(said)
 
 
 def details(run: Identification) -> list[str]:
-    """What was found, in sentences, and what is not to be trusted."""
-    second = "The vehicle file is from a second fit, to all flights, which leaves none to test it. " * bool(run.commands)
-    return [second + graded(run.found), *of_wrong_thrust(run.thrust)]
+    """What is not to be trusted."""
+    second = "The vehicle file is from a second fit, to all flights, which leaves none to test it."
+    return [*[second] * bool(run.commands), *of_wrong_thrust(run.thrust)]
+
+
+def untested(unseen: Sequence[FlightRecord]) -> list[str]:
+    """Of roll and pitch, what none of these flights turns about."""
+    calm = [barely_turned(one, one.flying & (one.runs() > 0)) for one in unseen]
+    return [axis for axis in ("roll", "pitch") if calm and all(axis in one for one in calm)]
+
+
+def same_setpoints(flights: Sequence[FlightRecord]) -> bool:
+    """Whether several flights were to follow the same path, as far as they all last, to a centimetre."""
+    if len(flights) < 2 or not all("setpoint" in one.channels for one in flights):
+        return False
+    rows = min(one.rows for one in flights)
+    first, *others = (one.channel("setpoint")[:rows] for one in flights)
+    return all(np.allclose(first, other, rtol=0.0, atol=0.01, equal_nan=True) for other in others)
 
 
 def run(
@@ -116,6 +133,7 @@ def run(
     result = with_marks(identified_vehicle(vehicle, found, description[:900], mass_source), flights)
     thrust = span_of_thrust(flights, result)
     done = Identification(result, found, [flight.name for flight in unseen], tested, commands, guided, thrust)
+    done = done._replace(idle=untested(unseen), alike=same_setpoints(unseen))
     say("simulated flights")
     done = done._replace(flown=flown_again(done.shown(flights), done.judged(vehicle)))
     if not learn:
@@ -184,7 +202,7 @@ def evidence(
         reasons.setdefault(reason, []).append(in_words(key))
     kept = [f"Kept from the starting vehicle: {listed(keys)} ({reason})." for reason, keys in reasons.items()]
     doubts = filter(None, [worse_than_none(found)])
-    said = [answer(run, period), *details(run), *doubts, *kept, f"Mass: {start.mass:g} kg ({mass}).", *of_residual(run)]
+    said = [answer(run), *details(run), *doubts, *kept, f"Mass: {start.mass:g} kg ({mass}).", *of_residual(run)]
     several = {"": (run.commands, run.guided), ", with the learned residual": (run.commands_residual, run.guided_residual)}
     tables = [
         error_table(f"Held-out flights predicted from {one.knows}{more}", one, period)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from quadstep.identify.fit import Identified
 from quadstep.identify.flown_setpoints import FAR, FlightComparison, is_wrong, unlike
-from quadstep.identify.known import BARELY, FROM_WORST, ROUGHLY, UNKNOWN, WELL, be, grade, graded, in_words
+from quadstep.identify.known import BARELY, FROM_WORST, ROUGHLY, UNKNOWN, WELL, be, grade, in_words
 from quadstep.identify.replay import ErrorTable
 from quadstep.identify.replay_report import facts, to_better_guess
 from quadstep.report.evidence import TableSection
@@ -45,38 +45,47 @@ def uses(fit: Identified) -> TableSection:
         "the manoeuvres in the last column, would tell more."
     )
     header = ("the model's", "is known", "least known", "what to fly")
-    return TableSection("What the model can be trusted for", "uses", header, rows, text, shown="What the model is good for")
+    return TableSection(
+        "What the model can be trusted for", "uses", header, rows, text, shown="What the model is good for", columns=(0, 1, 2)
+    )
 
 
 def cards(fit: Identified, compared: ErrorTable | None, period: float) -> list[Fact]:
-    """What the model is good for, how much of it is known, how far it is off on held-out flights, and what is known least."""
-    known = {str(name): str(how) for name, how, *_ in uses(fit).rows}
-    least, good = min(known.values(), key=FROM_WORST.index), [name for name, how in known.items() if how in (ROUGHLY, WELL)]
-    return [
-        Fact("uses known to within 50 %", f"{len(good)} of {len(known)}", listed(good)),
-        Fact("parameters identified", " ".join(graded(fit).split()[:3])),
-        facts(compared, period)[0] if compared else Fact("held-out flights", "none"),
-        Fact("known least", least, listed([name for name, how in known.items() if how == least])),
-    ]
+    """How far it is off on held-out flights; without any, for how much its parameters are known."""
+    if compared:
+        return facts(compared, period)
+    good = [str(name) for name, how, *_ in uses(fit).rows if how in (ROUGHLY, WELL)]
+    return [Fact("uses known to within 50 %", f"{len(good)} of {len(USES)}", listed(good)), Fact("held-out flights", "none")]
 
 
 def tuning(
-    fit: Identified, compared: ErrorTable | None, flown: Sequence[FlightComparison], thrust: tuple[float, float] | None
+    fit: Identified,
+    compared: ErrorTable | None,
+    flown: Sequence[FlightComparison],
+    thrust: tuple[float, float] | None,
+    idle: Sequence[str] = (),
 ) -> str:
-    """Whether to tune a controller for roll and pitch on it. compared: predictions of held-out flights from commands."""
+    """Whether to tune a controller for roll and pitch on it. compared: predictions of held-out flights from commands; idle:
+    which of the two no held-out flight turns about.
+    """
     fitted = fit.fitted
     late = sum(fitted[key].value for key in LATE) if set(LATE) <= fitted.keys() else 0.0
     known = {key: grade(fitted.get(key), late * (key in LATE)) for key in ("command.speed", *USES[TUNED][0])}
     weak = [in_words(key) for key, how in known.items() if how in (UNKNOWN, BARELY)]
     lost = sum(bool(one.lost) for one in flown)
     against = [f"{listed(weak)} {be(weak)} not known to within 50 %"] * bool(weak)
-    worse = [one for one in ("attitude", "rates") if compared and to_better_guess(compared, one)[0].value >= 1.0]
+    worse = [one for one in ("attitude", "rates") if compared and to_better_guess(compared, one).value >= 1.0]
     against += [f"on held-out flights it predicts {listed(worse)} no better than a baseline without a model"] * bool(worse)
     against += ["its thrust is wrong by more than 5 %"] * is_wrong(thrust)
     against += ["no flight was held out, so nothing shows how well it predicts others"] * (compared is None)
     apart = [*[f"are lost ({lost} of {len(flown)})"] * bool(lost), *unlike(flown, *FAR)]
-    under = f" Simulated flights under a PID {listed(apart)}: the real controller is not this PID, or the model is wrong."
+    under = f"imulated flights under a PID {listed(apart)}: the real controller is not this PID, or the model is wrong."
+    untested = f"{listed(idle)} {'was' if len(idle) == 1 else 'were'} hardly flown in the held-out flights, and so not tested"
     if against:
-        return f"Do not tune a controller on this model yet: {'; '.join(against)}.{under * bool(apart)}"
-    said = "Nothing found here speaks against tuning roll and pitch on this model; that is no proof that the gains will fly."
-    return said + under * bool(apart)
+        against += [untested] * bool(idle)
+        return f"Do not tune a controller on this model yet: {'; '.join(against)}." + f" S{under}" * bool(apart)
+    if idle:
+        return f"Test the model further before you tune roll and pitch on it: {untested}." + f" S{under}" * bool(apart)
+    if apart:
+        return f"Test the model further before you tune roll and pitch on it: s{under}"
+    return "Nothing found here speaks against tuning roll and pitch on this model; that is no proof that the gains will fly."

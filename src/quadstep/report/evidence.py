@@ -20,7 +20,8 @@ TABLE = "table.tex"
 class TableSection(NamedTuple):
     """A section of the report; without a title, more of the one before. text: a paragraph, before the table if there is one.
 
-    set_as: how its texts are set as HTML. shown: its title on the terminal, which leaves it out without one. most: rows there.
+    set_as: how its texts are set as HTML. shown: its title on the terminal, which leaves it out without one, shows only these
+    columns, if not all, and at most this many rows.
     """
 
     title: str = ""
@@ -31,6 +32,7 @@ class TableSection(NamedTuple):
     set_as: Callable[[str], str] = rich
     shown: str = ""
     most: int | None = None
+    columns: Sequence[int] = ()
 
     def html(self, _: Path) -> str:
         title = markup.heading(self.title, self.anchor, self.set_as) if self.title else ""
@@ -100,9 +102,13 @@ class Evidence(NamedTuple):
 
     @property
     def shown(self) -> list[TableSection]:
-        """The tables of the terminal, without the columns that the report leaves out too."""
+        """The tables of the terminal, without the columns that the report leaves out too, or for which it has no room."""
         tables = [one for one in self.sections if isinstance(one, TableSection) and one.shown]
-        cut = [markup.without_blank(one.header, one.rows) for one in tables]
+        kept = [one.columns or range(len(one.header)) for one in tables]
+        cut = [
+            markup.without_blank([one.header[i] for i in places], [[row[i] for i in places] for row in one.rows])
+            for one, places in zip(tables, kept, strict=True)
+        ]
         return [one._replace(header=header, rows=rows) for one, (header, rows) in zip(tables, cut, strict=True)]
 
     @property

@@ -105,8 +105,10 @@ def show_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
     if widths is None:
         show_blocks(header, cells)
         return
-    broken = any(cell_len(cell) > width for row in cells for cell, width in zip(row, widths, strict=True))
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, GAP - 1, 0, 0), leading=int(broken))
+    broken = sum(any(cell_len(cell) > width for cell, width in zip(row, widths, strict=True)) for row in cells)
+    table = Table(
+        box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, GAP - 1, 0, 0), leading=int(2 * broken > len(cells))
+    )
     for name, width in zip(header, widths, strict=True):
         table.add_column(name, width=width)
     for row in cells:

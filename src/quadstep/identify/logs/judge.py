@@ -140,15 +140,20 @@ def seldom(flight: FlightRecord) -> list[Finding]:
     return [Finding(True, f"{text} {1e3 * SLOWEST:.0f} ms: {FASTER}")]
 
 
+def barely_turned(flight: FlightRecord, where: Flags) -> dict[str, float]:
+    """Axes about which it hardly turns there, with the standard deviation of the rate [rad/s]."""
+    if "rates" not in flight.channels:
+        return {}
+    spread = np.nanstd(flight.channel("rates")[where], axis=0)
+    return {name: float(one) for name, one in zip(("roll", "pitch", "yaw"), spread, strict=True) if one < 0.1}
+
+
 def excitation(flight: FlightRecord, sure: Flags) -> list[Finding]:
     """Channels with so little excitation that little can be learned about them."""
     found = []
-    if "rates" in flight.channels:
-        spread = np.nanstd(flight.channel("rates")[sure], axis=0)
-        for axis, name in enumerate(("roll", "pitch", "yaw")):
-            if spread[axis] < 0.1:
-                text = f"{name} is barely excited ({spread[axis]:.2g} rad/s)"
-                found.append(Finding(False, f"{text}: the {name} parameters will have wide intervals, or none"))
+    for name, spread in barely_turned(flight, sure).items():
+        text = f"{name} is barely excited ({spread:.2g} rad/s)"
+        found.append(Finding(False, f"{text}: the {name} parameters will have wide intervals, or none"))
     if "velocity" in flight.channels:
         speed = float(np.nanpercentile(np.linalg.norm(flight.channel("velocity")[sure], axis=1), 95))
         if speed < 0.3:
