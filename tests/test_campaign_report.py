@@ -403,7 +403,7 @@ def test_a_pair_is_told_beside_the_shares_of_its_keys_and_no_share_is_told_twice
     alone = (
         "Together, vehicle mass and disturbance scale explain 20.0 [10.0, 30.0] % of failure beyond what each explains alone."
     )
-    assert said == [key_text.FIRST_ORDER, alone, ""]
+    assert said == ["Vehicle mass explains 40.0 [30.0, 50.0] % of the variance of failure.", alone]
 
 
 def test_the_worst_flights_say_from_when_their_errors_count_and_whether_they_succeeded(tmp_path):

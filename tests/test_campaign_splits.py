@@ -54,8 +54,8 @@ def test_the_counts_that_are_told_are_those_of_the_flights():
             if "success rate" not in one:
                 continue
             within = {"o": np.ones(2000, bool), "n": nets == 0, "f": nets == 1}
-            part = within["f" if one.startswith("With nets off") else "n" if one.startswith("With nets on") else "o"]
-            key = re.search("varies with ([a-z ]+):", one)[1]
+            part = within["f" if ", at least with nets off:" in one else "n" if ", at least with nets on:" in one else "o"]
+            key = re.search("varies with ([a-z ]+)[,:]", one)[1]
             told = re.findall(PART, one)
             shares = [float(rate[:-2]) for rate, *_ in told]
             assert len(told) > 1 and shares == sorted(shares)
@@ -65,7 +65,7 @@ def test_the_counts_that_are_told_are_those_of_the_flights():
                 )
                 count = (part & where).sum()
                 assert (rate, int(size)) == (units.percent(1.0 - (failed & part & where).sum() / count), count), one
-            seen.add((key, one.startswith("With")))
+            seen.add((key, "at least with" in one))
     assert seen == {("mean wind along x", False), ("nets", False), ("vehicle mass", True)}
 
 
@@ -125,4 +125,17 @@ def test_another_key_is_told_beside_the_first_within_a_value_of_a_choice():
         ("wind.mean.0", "controller.nets.enabled"),
     ]
     good = units.percent(1.0 - failed.sum() / (nets == 1).sum())
-    assert by == f": 100 % with nets on, {good} with nets off"
+    on, off = (nets == 0).sum(), (nets == 1).sum()
+    assert by == f"100 % of {on} flights succeeded with nets on, {good} of {off} with nets off."
+
+
+def test_lost_flights_are_told_apart_where_the_value_with_most_successes_has_more_of_them():
+    """Of 10 000 flights with nets on 1 % are lost, of those without 10 % are above a limit and as many, or fewer, are lost."""
+    columns = drawn(np.random.default_rng(2), 20_000)
+    nets, chance = columns["controller.nets.enabled"].values, np.random.default_rng(7).random(20_000)
+    for off in (0.0, 0.004, 0.1):
+        lost = chance < np.where(nets == 0, 0.01, off)
+        failed = lost | ((nets == 1) & (chance > 0.9))
+        by, _ = findings(failed, {"flights above a limit": failed & ~lost, "lost flights": lost}, columns, UNITS)
+        said = f" {(lost & (nets == 0)).sum()} of the {lost.sum()} lost flights are with nets on."
+        assert by.endswith(said) == (off < 0.01) and ("lost" in by) == (off < 0.01)

@@ -29,6 +29,10 @@ def ranking(
 ) -> list[TableSection]:
     """The share of each result that each key explains, and what a share is. said: why there is none; the strongest pair."""
     lines = [FIRST_ORDER] if any(estimates.values()) else []
+    if len(estimates) == 1 and lines:
+        ((key, shares),) = estimates.items()
+        parts = [f"{percent(one)} % of the variance of {name}" for name, one in shares.items()]
+        lines = [f"{words(key)[0].upper()}{words(key)[1:]} explains {units.listed(parts)}."]
     for name, (why, pair) in said.items():
         if why:
             lines.append(f"The causes of {name} are not analysed: {why}.")
@@ -42,7 +46,7 @@ def ranking(
             f"100 %: {groups}."
         )
     body = [TableSection(text=line, set_as=escape) for line in lines]  # in which nothing is a symbol
-    if any(estimates.values()):
+    if any(estimates.values()) and len(estimates) > 1:
         names = list(dict.fromkeys(name for one in estimates.values() for name in one))
         rows = [
             (label(campaign.mission, key), *(percent(one[name]) if name in one else "–" for name in names))

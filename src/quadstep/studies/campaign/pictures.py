@@ -205,7 +205,7 @@ def draw_success(axes: Axes, bins: Bins, lines: Mapping[str, Mapping[int, Estima
         at, left, right = across(bins, list(good))
         axes.hlines(value, left, right, color=color, linewidth=1.2)
         axes.vlines(at, low, high, color="0.4" if len(lines) == 1 else color, linewidth=1.0)
-        axes.plot(at, value, linestyle="", marker="o", markersize=3.0, color=color, label=name)
+        axes.plot(at, value, linestyle="", marker="o", markersize=3.0, color=color, label=name or "succeed [%]")
         least = min(least, float(low.min()))
     bottom = max(0.0, 100.0 - 1.15 * (100.0 - least))
     axes.set_ylim(bottom if bottom < 100.0 else 99.0, 100.0 + 0.04 * (100.0 - bottom or 1.0))
@@ -222,7 +222,7 @@ def draw_errors(axes: Axes, bins: Bins, lines: Mapping[str, Mapping[int, Numbers
     if not len(every):
         axes.text(0.5, 0.5, "none completed", transform=axes.transAxes, ha="center")
         return
-    for color, errors in zip(CURVES, lines.values(), strict=False):
+    for color, (name, errors) in zip(CURVES, lines.items(), strict=False):
         if not errors:
             continue
         low, middle, high = factor * np.array(list(errors.values())).T
@@ -232,7 +232,8 @@ def draw_errors(axes: Axes, bins: Bins, lines: Mapping[str, Mapping[int, Numbers
             axes.hlines(middle, left, right, color=color, linewidth=1.6)
         else:
             axes.fill_between(at, low, high, linewidth=0.0, color=color, alpha=0.35)
-            axes.plot(at, middle, color=color, linewidth=1.4, marker="o", markersize=2.5)
+            median = f"median{f' {name}' * bool(name)} [{unit}]"
+            axes.plot(at, middle, color=color, linewidth=1.4, marker="o", markersize=2.5, label=median)
     least, most = factor * float(every.min()), factor * float(every.max())
     if spans_decades(least, most):
         axes.set_ylim(0.8 * least, 1.25 * most)

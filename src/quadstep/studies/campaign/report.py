@@ -222,9 +222,9 @@ def key_sections(
         body.append(figure("ranking", RANKING))
     named = {key for about in findings.values() for key in about}
     body += key_text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()})
-    body.append(key_text.keys(len(keys), MOST_PICTURES))
     at_top = list(dict.fromkeys(about[0] for about in list(findings.values())[bool(of.summary.by) :]))[:MOST_FIRST]
     tops: dict[str, Figure] = {}
+    seen: list[Section] = []
     others: list[Figure] = []
     clear = {key for key in keys if key_text.ERROR in ranking[key] and certain(ranking[key][key_text.ERROR], len(ranking))}
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
@@ -239,8 +239,9 @@ def key_sections(
         shown = figure(name, key_text.over_key(key, told))
         if key in at_top:
             tops[key] = shown
-        else:
-            (body if len(keys) == 1 or key in named | clear else others).append(shown)
+        elif not (of.summary.by and key == next(iter(findings.values()))[0]):  # which the answer is of
+            (seen if len(keys) == 1 or key in named | clear else others).append(shown)
+    body += [key_text.keys(len(keys), MOST_PICTURES), *seen] if seen or others else []
     rest = "".join(one.html(of.out) for one in others)
     body += [markup.disclosure("Keys that make no significant difference", rest)] if rest else []
     return [tops[key] for key in at_top if key in tops], body
@@ -320,8 +321,8 @@ def moving(of: ReportSubject, flown: pa.Table, lost: NDArray[np.bool_], links: M
     more = f", and completed ones {SPREAD}" if len(links) > len(of.summary.worst) else ""
     said = f"See them move: the worst flights{more}."
     if len(lost) > 1 and draw_points(of.folder / "points", (across, up), lost, links, of.sheet):
-        whose = f"the first {MOST_POINTS} and those with a ring" if len(lost) > MOST_POINTS else "all of them"
-        points = f"Points: flights by their distance from the path until they end; {whose}."
+        whose = f": the first {MOST_POINTS} and those with a ring" if len(lost) > MOST_POINTS else ""
+        points = f"Each point is a flight{whose}."
         body.append(figure("points", f"{points}\nRings: the worst flights{more}. Click one to see that flight move."))
         said = ""
     return [*body, markup.links([(link, f"flight {flight}") for flight, link in links.items()], said)]

@@ -82,15 +82,21 @@ class Split(NamedTuple):
         said = [f"{units.percent(1.0 - hit / size)} {text} ({size} flights)" for hit, size, text in bands]
         if len(said) > BANDS:
             said = [f"from {said[0]} to {said[-1]}"]
-        within = f"With {with_option(*self.within)}, the" if self.within else "The"
-        return f"{within} success rate varies with {words(self.key)}: {', '.join(said)}."
+        within = f", at least with {with_option(*self.within)}" if self.within else ""
+        return f"The success rate varies with {words(self.key)}{within}: {', '.join(said)}."
 
-    @property
-    def successes(self) -> str:
-        """Of each value of a choice the share of flights that succeed, after a colon; nothing where there are many."""
-        best = sorted((share(size - hit, size), text) for hit, size, text in self.bands)[::-1]
-        said = [f"{units.percent(good.value)} {text}" for good, text in best]
-        return f": {', '.join(said)}" if self.choice and len(said) <= BANDS else ""
+    def successes(self, lost: Flights, values: Sequence[str], places: NDArray[np.float64]) -> str:
+        """Of each value of a choice the share of flights that succeed, and how many of the lost ones are with the best value
+        if a larger share is lost there than elsewhere; nothing where there are many values. places: of each flight's value.
+        """
+        if not self.choice or len(self.bands) > BANDS:
+            return ""
+        best = sorted((share(size - hit, size), size, text) for hit, size, text in self.bands)[::-1]
+        said = [f"{units.percent(good.value)} of {size} flights succeeded {text}" for good, size, text in best]
+        said[1:] = [one.replace(" flights succeeded", "") for one in said[1:]]
+        here = next(places == i for i, value in enumerate(values) if best[0][2] == f"with {with_option(self.key, value)}")
+        where = f" {(lost & here).sum()} of the {lost.sum()} lost flights are {best[0][2]}."
+        return f"{', '.join(said)}.{where * bool(lost.any() and lost[here].mean() > lost.mean())}"
 
 
 def failures_go_with(store: Store, campaign: Campaign, columns: Mapping[str, VariedKey]) -> tuple[str, Findings]:
@@ -120,7 +126,10 @@ def findings(
     """
     found = splits(failed, columns, unit_of, nominal)
     said = {one.sentence: (one.key, *one.within[:1]) for one in found}
-    return (found[0].successes if found else ""), said | in_common(kinds, columns, unit_of)
+    one = columns[found[0].key] if found else None
+    lost = kinds.get("lost flights", np.zeros_like(failed))
+    by = found[0].successes(lost, one.options, one.values) if one and one.options else ""
+    return by, said | in_common(kinds, columns, unit_of)
 
 
 def splits(

@@ -161,13 +161,15 @@ def as_sentence(meaning: str) -> str:
 
 def answer(summary: CampaignSummary) -> str:
     """How many succeed, and by what they are judged."""
+    if summary.by:
+        return f"{summary.decision} {summary.by}{as_sentence(summary.meaning)}".lstrip()
     if summary.flights == 1:
         said = f"The only flight {'succeeded' if summary.success.value else 'failed'}"
     elif summary.success.value == 1.0:
         said = f"All {summary.flights} flights succeeded"
     else:
         said = f"{units.percent(summary.success.value)} of {units.counted(summary.flights, 'flight')} succeeded"
-    more = f" (95 % interval {within(*summary.success[1:])}){summary.by}." if summary.statistical else f". {summary.why_not}"
+    more = f" (95 % interval {within(*summary.success[1:])})." if summary.statistical else f". {summary.why_not}"
     return f"{summary.decision} {said}{more}{as_sentence(summary.meaning)}".lstrip()
 
 
