@@ -173,6 +173,7 @@ def test_better_gains_are_not_praised_without_their_price():
     assert said(0.5, 30.0, 0.6, 0.1) == "more thrust variation and less phase margin."
     assert said(0.5, 5.0, 0.6, 0.1) == "less phase margin."
     assert said(0.5, 5.0, 1.0, 0.05) == "less delay margin.", "far from its limit, too"
+    assert said(0.5, 5.0, 0.6, 0.05) == "smaller margins."
     assert said(0.5, 5.0, 1.0, 0.1) == ""
     assert said(2.0, 30.0, 0.6, 0.05) == "", "which are not better"
     table = measured_rows(

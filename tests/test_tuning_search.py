@@ -275,6 +275,19 @@ def test_the_curve_of_the_best_is_that_of_the_rule_of_the_search_and_ends_at_the
             assert one.judged.cost == min(each.judged.cost for each in there)
 
 
+def test_candidates_whose_margins_nobody_computed_are_drawn_hollow(tmp_path):
+    found = run.tune(path := written(tmp_path, SMALL.format(more="")), 80, tmp_path / "out").found
+    axes = Figure().subplots()
+    draw_objective(axes, asked := read_request(path), found)
+    hollow = {tuple(map(float, at)) for one in axes.collections if not len(one.get_facecolors()) for at in one.get_offsets()}
+    finite = [one for one in found.history if math.isfinite(one.judged.objective) and one.judged.feasible]
+    known = [
+        one.tried.whole and all(map(math.isfinite, map(one.tried.whole.parts.get, asked.section.margins))) for one in finite
+    ]
+    assert asked.section.margins and any(known)
+    assert hollow == {(one.flights, one.judged.objective) for one, told in zip(finite, known, strict=True) if not told}
+
+
 def test_a_sound_loop_stays_sound_unless_its_margins_are_given_up(tmp_path):
     def least(text, out, budget):
         run.tune(written(tmp_path, text), budget, tmp_path / out)
@@ -345,9 +358,9 @@ def test_a_loop_is_graded_at_the_ends_of_what_varies_too(tmp_path):
         found = run.worst_grade(there, there.asked.present, graded)
         return f"{found['grade']}: {found['why']}"
 
-    heavy = r"fragile: with vehicle mass (2\.9\d+|3) kg, so; as the mission is written, it is sound"
+    heavy = r"fragile: at the largest vehicle mass flown, (2\.9\d+|3) kg, so; as the mission is written, it is sound"
     assert re.fullmatch(heavy, worst(lambda mass: mass > 2.9))
-    assert worst(lambda mass: mass < 2.45).startswith("fragile: with vehicle mass 2.4")
+    assert worst(lambda mass: mass < 2.45).startswith("fragile: at the smallest vehicle mass flown, 2.4")
     both = "sound: so; sound with the least and the largest vehicle mass that fly, too"
     assert worst(lambda mass: False) == both
     assert run.worst_grade(there, there.asked.present, lambda _: {}) == {}

@@ -57,7 +57,7 @@ ROOM = 1.0
 """Margin around the desired path, in sizes of it: a flight that diverges leaves the view, and the path stays visible."""
 
 
-FLAT = 0.02
+FLAT = 0.05
 """Share of a view that a line is not broader than."""
 
 

@@ -254,7 +254,7 @@ def contrasts(
     for (name, value), later in zip(steps[0].items(), steps[1].values(), strict=True) if settles else ():
         words, unit = units.metric(name)
         one = at_once(words.strip(), value, later, partial(in_unit, unit), False)
-        by = f"{later - value:+.2g} points".replace("-", "−")
+        by = f"{float(f'{later:.3g}') - float(f'{value:.3g}'):+.3g} points".replace("-", "−")  # of the numbers shown
         found.append(one._replace(difference=by) if unit == "%" and math.isfinite(later - value) else one)
     return [one for one in found if (one.before, one.after, one.share) != ("0", "0", 0.0)]
 
@@ -328,7 +328,8 @@ def grade_words(sides: tuple[Side, Side]) -> str:
 
 
 def points(one: Estimate) -> str:
-    return f"{100.0 * one.value:+.3g} [{100.0 * one.low:+.3g}, {100.0 * one.high:+.3g}] points".replace("-", "−")
+    value, low, high = (f"{100.0 * part:+.3g}" if part else "0" for part in one)
+    return f"{value} [{low}, {high}] points".replace("-", "−")
 
 
 def recorded(one: Row) -> dict[str, object]:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from itertools import pairwise, product
 from pathlib import Path
+from typing import Any
 
 from matplotlib.axes import Axes
 
@@ -16,24 +17,27 @@ from quadstep.report.evidence import Figure
 from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
 from quadstep.studies.tuning.ground import TuningRequest
-from quadstep.studies.tuning.objective import Compared
 from quadstep.studies.tuning.search import Candidate, SearchResult
 from quadstep.studies.tuning.trial import trial_flights
 
 MOST_TOLD = 400
 """Candidates of a kind that a report's reader can point at."""
 
-KINDS = (
-    ("keeps the constraints", True, ".", "0.4"),
-    ("misses a constraint or loses a flight", False, "x", COLOURS["vermillion"]),
+KINDS: tuple[tuple[str, bool, bool, dict[str, Any]], ...] = (
+    ("keeps the constraints", True, False, {"marker": "o", "s": 5, "color": "0.4"}),
+    ("keeps them by a guess of its margins", True, True, {"marker": "o", "s": 9, "facecolors": "none", "edgecolors": "0.4"}),
+    *(
+        ("misses a constraint or loses a flight", False, guess, {"marker": "x", "s": 14, "color": COLOURS["vermillion"]})
+        for guess in (False, True)
+    ),
 )
-"""Of candidates: what is said of it, whether it lost no flight and kept the constraints, its mark and colour."""
+"""Of candidates: what is said of it, whether it lost no flight and kept the constraints, by a guess or not, its looks."""
 
-LEGEND_ROWS = 0.54
-"""Height of a legend's three rows [in]."""
+LEGEND_ROWS = 0.72
+"""Height of a legend's four rows [in]."""
 
 
-def draw_search(path: Path, request: TuningRequest, result: SearchResult, compared: Compared, sheet: Sheet) -> Figure:
+def draw_search(path: Path, request: TuningRequest, result: SearchResult, sheet: Sheet) -> Figure:
     """Write `path` in the sheet's formats; gives it with its caption."""
     height = 2.9 + LEGEND_ROWS
     with figure_at(path, sheet, (PHONE, height), 0.14, 0.48 / height, 0.985, 1.0 - (0.14 + LEGEND_ROWS) / height) as figure:
@@ -45,14 +49,18 @@ def draw_search(path: Path, request: TuningRequest, result: SearchResult, compar
         axes.set_xlabel("flights")
     first, steps = trial_flights(request.seeds), led(result)
     pale = f" Pale: flown on {first} of {units.counted(request.seeds, 'flight')} only." * (first < request.seeds)
-    whole, margins = [one.tried.whole for one in result.history], request.section.margins
-    known = sum(one is not None and all(math.isfinite(one.parts[name]) for name in margins) for one in whole)
-    guessed = f" Margins were computed for {known:,} of {len(whole):,} candidates, and guessed from these for the others."
-    guessed *= bool(compared.limits)
+    looked = sum(not guessed(request, one) for one in result.history)
+    few = f" Margins were computed for {looked:,} of {len(result.history):,} candidates." * bool(request.section.margins)
     rises = any(one > before for before, one in pairwise(one.judged.objective for one in steps))
     more = " The line rises, too, as lost flights and missed limits count for more than the objective." * rises
     ring = "The objective of each candidate; the lower, the better. The ring is the tuned gains."
-    return Figure(path.name, ring + pale + guessed + more)
+    return Figure(path.name, ring + pale + few + more)
+
+
+def guessed(request: TuningRequest, one: Candidate) -> bool:
+    """Whether its margins are a guess from those of others."""
+    margins, whole = request.section.margins, one.tried.whole
+    return bool(margins) and not (whole and all(math.isfinite(whole.parts[name]) for name in margins))
 
 
 def draw_objective(axes: Axes, request: TuningRequest, result: SearchResult) -> None:
@@ -61,15 +69,18 @@ def draw_objective(axes: Axes, request: TuningRequest, result: SearchResult) -> 
     """
     known = [one for one in result.history if math.isfinite(one.judged.objective)]
     first = trial_flights(request.seeds)
-    for (kind, kept, mark, colour), some in product(KINDS, (False, True)):
+    for (kind, kept, guess, looks), some in product(KINDS, (False, True)):
         there = [
-            one for one in known if one.judged.feasible is kept and bool(one.tried.whole or first == request.seeds) is not some
+            one
+            for one in known
+            if (one.judged.feasible, guessed(request, one)) == (kept, guess)
+            and bool(one.tried.whole or first == request.seeds) is not some
         ]
         if there:
             places, values = zip(*((one.flights, one.judged.objective) for one in there), strict=True)
             labelled = kind in axes.get_legend_handles_labels()[1]
             named, alpha = None if labelled else kind, 0.4 if some else 1.0
-            axes.scatter(places, values, s=14, label=named, marker=mark, color=colour, linewidths=0.7, alpha=alpha)
+            axes.scatter(places, values, label=named, linewidths=0.7, alpha=alpha, **looks)
             said = f"{kind}, in {units.counted(first, 'flight')}" if some else kind
             for one in there[:MOST_TOLD]:
                 x, y = one.flights, one.judged.objective

@@ -222,11 +222,12 @@ def price(compared: Compared) -> str:
     """What certainly gets worse beside the errors, in a sentence after a blank: what the objective weighs, and margins; those
     that miss their limits stand before all this.
     """
-    worse = []
+    worse, less = [], []
     for one in compared.rows[2:]:
         limit, said, name = compared.limits.get(one.name), moved(compared, one), units.metric(one.name)[0]
         worse += [f"more {name}"] * (one.name in compared.weighed and " rises " in said)
-        worse += [f"less {name}"] * bool(limit and one.tuned and " falls " in said and limit.slack(one.tuned.value) >= 0.0)
+        less += [f"less {name}"] * bool(limit and one.tuned and " falls " in said and limit.slack(one.tuned.value) >= 0.0)
+    worse += less if len(less) < 2 else ["smaller margins"]
     return f" The price: {units.listed(worse)}." if worse else ""
 
 

@@ -79,7 +79,7 @@ def tune(
         write_parameters(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
         drawn_on = (sheet or Sheet()).shown()
-        figures = [draw_search(out / PICTURE, wanted, found, compared, drawn_on)] if led(found) else []
+        figures = [draw_search(out / PICTURE, wanted, found, drawn_on)] if led(found) else []
         if both:
             both.draw(out, drawn_on)
             figures.insert(0, Figure(both.name, both.caption))
@@ -119,8 +119,8 @@ def worst_grade(ground: CandidateFlyer, values: Mapping[str, float], grading: Gr
     mission, graded = planner.mission(values), []
     keys = [key for key in drawn if key.startswith(("vehicle.", "controller.")) and drawn[key].options is None]
     for key in keys:
-        for end in (drawn[key].values.min(), drawn[key].values.max()):
-            place = f"with {words(key)} {end:.4g} {unit(mission, key)}".strip()
+        for which, end in (("smallest", drawn[key].values.min()), ("largest", drawn[key].values.max())):
+            place = f"at the {which} {words(key)} flown, {end:.4g} {unit(mission, key)}".strip()
             graded.append((place, grading(planner.mission({**values, key: float(end)}))))
     written = grading(mission)
     where, worst = min([("", written), *graded], key=lambda one: WORST_FIRST.index(one[1].get("grade", SOUND)))
