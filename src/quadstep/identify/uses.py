@@ -59,12 +59,9 @@ def cards(fit: Identified, compared: ErrorTable | None, period: float) -> list[F
 
 
 def tuning(
-    fit: Identified,
-    compared: ErrorTable | None,
-    flown: Sequence[FlightComparison],
-    thrust: tuple[float, float] | None,
-    idle: Sequence[str] = (),
-) -> str:
+    fit: Identified, compared: ErrorTable | None, flown: Sequence[FlightComparison],
+    thrust: tuple[float, float] | None, idle: Sequence[str] = (),
+) -> str:  # fmt: skip
     """Whether to tune a controller for roll and pitch on it. compared: predictions of held-out flights from commands; idle:
     which of the two no held-out flight turns about.
     """

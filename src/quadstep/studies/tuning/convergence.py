@@ -70,12 +70,8 @@ def draw_objective(axes: Axes, request: TuningRequest, result: SearchResult) -> 
     known = [one for one in result.history if math.isfinite(one.judged.objective)]
     first = trial_flights(request.seeds)
     for (kind, kept, guess, looks), some in product(KINDS, (False, True)):
-        there = [
-            one
-            for one in known
-            if (one.judged.feasible, guessed(request, one)) == (kept, guess)
-            and bool(one.tried.whole or first == request.seeds) is not some
-        ]
+        there = [one for one in known if (one.judged.feasible, guessed(request, one)) == (kept, guess)]
+        there = [one for one in there if bool(one.tried.whole or first == request.seeds) is not some]
         if there:
             places, values = zip(*((one.flights, one.judged.objective) for one in there), strict=True)
             labelled = kind in axes.get_legend_handles_labels()[1]
