@@ -143,7 +143,24 @@ def test_a_control_of_what_the_campaign_varies_is_refused_in_words(open_page):
     page.click("#reset")
     assert page.evaluate("quadstep.rate().done")  # as counted before
     page.evaluate("quadstep.setControl('k_x', [13, 14, 16])")  # at once: the flights of the file are still known
-    page.wait_for_function("() => document.querySelector('#rate-words').textContent.includes('With the values at the marks')")
+    page.wait_for_function("() => document.querySelector('#rate-words').textContent.includes('fail with the original values')")
+    assert page.locator("#margins").inner_text() == "Margins not known for these settings: quadstep linear"
+    page.click("#reset")
+    assert not page.locator("#margins").count()
+    assert not page.locator("#reset").is_enabled()
+
+
+@needs(CHROMIUM)
+def test_while_nothing_is_counted_no_count_is_shown(open_page):
+    page = open_page()
+    page.wait_for_function("() => quadstep.rate()?.done")
+    said = page.evaluate("""() => new Promise((tell) => {
+      const words = document.querySelector('#rate-words');
+      const told = () => tell([words.textContent, !!document.querySelector('#rate .counting')]);
+      new MutationObserver(told).observe(words, {childList: true});
+      quadstep.setControl('k_x', [12, 14, 16]);
+    })""")
+    assert said == ["Counting…", True]
 
 
 @needs(CHROMIUM)

@@ -97,7 +97,7 @@ def test_a_student_is_told_what_was_wrong_with_a_flight_that_was_not_lost(room):
     member = flown(room, "[controller]\nK_r1 = 0.3\n")
     reasons = json.loads((member.folder / f"{member.latest.number}" / MANIFEST).read_text())["grade_reasons"]
     assert reasons and member.message.startswith(
-        f"Completed. However, {', and '.join(reasons)}. At rest at the start of its path, "
+        f"Flown to its end, but {' and '.join(reasons[:2])}. At rest at the start of its path, "
     )
     assert "the loop is unstable: " in member.message and "A longer flight" not in member.message
 

@@ -28,8 +28,8 @@ MOST_LINES, LAST_LINES = 60, 10
 
 ARTICLE = "out/article.html"
 
-MISSING = "Not here yet: "
-"""What begins the text that stands for a figure or a page of a listing that has not run."""
+MISSING = "% Not here yet: "
+"""What begins the comment that stands for a figure or a page of a listing that has not run."""
 
 MENTION = re.compile(
     r"```.*?\n```|\[[^\]\n]*\]\([^)\n]*\)|`(?P<code>[\w./-]+\.md)`|`[^`\n]*`|(?<![\w/])(?P<plain>docs/(?:[\w./-]+\.md|decisions/\d{4}\b(?!-)))",
@@ -145,7 +145,7 @@ def with_flights(text: str, folder: Path | None, static: Path, place: str) -> st
         shown_first, _, caption = (part.strip() for part in said.partition("|"))
         file, *anchor = shown_first.split("#")
         if folder is None:
-            return f"*{MISSING}`make docs` flies this page's listings, which make this {kind}.*"
+            return f"{MISSING}`make docs` flies this page's listings, which make this {kind}."
         if not (folder / file).is_file():
             raise MissingError(f"{place}: shows {file}, which its listings do not make")
         own = "" if file == ARTICLE else f"{folder.name}-"  # the article is the same for all

@@ -4,6 +4,7 @@ import type { Shown } from "../session";
 import { fill, h } from "../view/dom";
 import { number, quantity } from "../view/format";
 import type { Judged } from "../data/conditions";
+import { loopChanged } from "../data/settings";
 import { markOf } from "../summary/grade";
 import { closed, rich } from "../view/notation";
 
@@ -18,6 +19,7 @@ export function badge(host: HTMLElement, shown: Shown): void {
     {},
     h("span", { class: `mark ${mark.kind}`, "aria-hidden": "true" }, mark.glyph),
     h("span", { id: "outcome" }, outcome(shown)),
+    flight.held && live && whole === undefined && loopChanged(shown.settings, shown.data) ? h("span", { id: "margins" }, "Margins not known for these settings: ", h("code", {}, "quadstep linear")) : null,
     theorems.length ? h("span", { id: "conditions" }, ...theorems) : null,
     covers ? h("span", { id: "promise" }, covers) : null,
   );
@@ -89,9 +91,10 @@ function counts(conditions: readonly Judged[]): HTMLElement[] {
   return sources.map((source, i) => {
     const own = conditions.filter(({ condition }) => condition.source === source);
     const holding = own.filter(({ holds }) => holds).length;
-    const verb = holding === 1 || own.length === 1 ? "holds" : "hold";
-    const tail = h("span", { class: "tail" }, i ? ` ${verb}` : ` gain condition${own.length === 1 ? "" : "s"} ${verb}`); // not on a telephone
-    return h("span", { class: holding < own.length ? "bad" : "good" }, `${source}: ${holding} of ${own.length}`, tail);
+    const kind = holding < own.length ? "bad" : "good";
+    if (own.length === 1) return h("span", { class: kind }, `gain condition of the ${source}: ${holding ? "holds" : "violated"}`);
+    const tail = h("span", { class: "tail" }, i ? "" : " gain conditions", holding === 1 ? " holds" : " hold"); // not on a telephone
+    return h("span", { class: kind }, `${source}: ${holding} of ${own.length}`, tail);
   });
 }
 

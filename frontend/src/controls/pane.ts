@@ -1,7 +1,7 @@
 // All controls of a flight, in groups: which controller flies, which is its ghost, and every number that may be set.
 
 import type { Controller, FlightData } from "../data/contract";
-import { controllerOf, controlsOf, fresh, valuesOf } from "../data/settings";
+import { controllerOf, controlsOf, fresh, isFresh, valuesOf } from "../data/settings";
 import type { Session, Shown } from "../session";
 import { fill, h } from "../view/dom";
 import { type Card, card } from "./card";
@@ -36,7 +36,7 @@ export class ControlPane {
     const ghost = this.host.querySelector<HTMLSelectElement>("#ghost");
     if (ghost) ghost.value = settings.ghost;
     const reset = this.host.querySelector<HTMLButtonElement>("#reset");
-    if (reset) reset.disabled = !Object.keys(settings.values).length;
+    if (reset) reset.disabled = isFresh(settings, data);
   }
 
   private build({ data, settings, live }: Shown): void {
@@ -78,10 +78,7 @@ export class ControlPane {
 
   private foot(data: FlightData): HTMLElement {
     const reset = h("button", { type: "button", id: "reset", class: "plain" }, "Reset everything");
-    reset.addEventListener("click", () => {
-      const { controller, ghost } = this.changes.settings();
-      this.session.apply({ ...fresh(data), controller, ghost });
-    });
+    reset.addEventListener("click", () => this.session.apply({ ...fresh(data), ghost: this.changes.settings().ghost }));
     return h("div", { class: "foot" }, reset);
   }
 }

@@ -28,6 +28,14 @@ export function isFresh(settings: Settings, flight: FlightData): boolean {
   return !Object.keys(settings.values).length && settings.controller === fresh(flight).controller;
 }
 
+const OUTSIDE = new Set(["Path", "Disturbance", "Wind", "Events", "Start"]); // groups that leave the loop at rest as it is
+
+/** Whether the loop is another than the file's. */
+export function loopChanged(settings: Settings, flight: FlightData): boolean {
+  const moved = controlsOf(flight, controllerOf(flight, settings.controller)).filter(([control, owner]) => settings.values[keyOf(control, owner)]);
+  return settings.controller !== fresh(flight).controller || moved.some(([{ group }, owner]) => owner !== undefined || !OUTSIDE.has(group));
+}
+
 /** Whether both fly the same. */
 export function alike(one: Settings, other: Settings): boolean {
   const flown = ({ flight, controller, values }: Settings): string => JSON.stringify([flight, controller, Object.entries(values).sort(([a], [b]) => (a < b ? -1 : 1))]);

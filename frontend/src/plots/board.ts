@@ -125,7 +125,8 @@ export class Board {
     const data = shown.data.panels.find((panel) => panel.id === id);
     const panel = data && panelOf({ ...data, log: log ?? data.log }, shown.flight, this.overlays(shown));
     const { since } = shown.data.summary;
-    if (panel && since > 0 && id.startsWith("position")) return { ...panel, uncounted: since, note: `Shaded: errors count only from ${plain(since)} s on.` };
+    const counts = `Shaded: errors count only from ${plain(since)} s on.`;
+    if (panel && since > 0 && id.startsWith("position")) return { ...panel, uncounted: since, ...(id === "position" ? { note: counts } : {}) };
     const note = id === "attitude" ? offCommand(shown) : id === "rotors" && shown.flight.has("f1_whole") ? WHOLE : "";
     return panel && note ? { ...panel, note } : panel;
   }

@@ -100,9 +100,11 @@ export class RatePanel {
   private draw(): void {
     const { tally, rate } = this;
     if (!tally || !rate) return;
-    if (tally.flown) this.words.replaceChildren(...sentence(tally, rate, this.from), ...(this.before === tally ? [] : paired(tally, this.before)));
+    this.pictures.classList.toggle("counting", !tally.flown);
+    if (!tally.flown) this.words.textContent = "Counting…";
+    else this.words.replaceChildren(...sentence(tally, rate, this.from), ...(this.before === tally ? [] : paired(tally, this.before)));
     this.note.textContent = `${rate.keys.length ? `Varied from flight to flight: ${rate.keys.join("; ")}. ` : ""}${tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`}`;
-    for (const [metric, canvas] of this.histograms) this.histogram(metric, canvas, tally, rate);
+    if (tally.flown || !this.before?.flown) for (const [metric, canvas] of this.histograms) this.histogram(metric, canvas, tally, rate);
   }
 
   private histogram(metric: Metric, canvas: HTMLCanvasElement, tally: Tally, rate: Rate): void {
@@ -182,8 +184,10 @@ function paired(tally: Tally, before: Tally | undefined): Node[] {
   const more = before.success.filter((good, i) => good && !tally.success[i]).length;
   const fewer = tally.success.filter((good, i) => good && !before.success[i]).length;
   const { value, low, high } = shareDifference(more, fewer, tally.flown);
-  const points = (share: number): string => `${share > 0 ? "+" : ""}${number(100 * share, 3)}`;
-  return [document.createTextNode(` With the values at the marks ${before.failures} do: ${points(value)} points (${points(low)} to ${points(high)}), flight by flight with the same draws${low > 0 ? ", so more fail" : high < 0 ? ", so fewer fail" : "; a difference is not shown"}.`)];
+  const [least, most] = value < 0 ? [-high, -low] : [low, high];
+  const points = (share: number): string => number(100 * share, 3);
+  const difference = `${points(Math.abs(value))} points ${value < 0 ? "more" : "fewer"} (${points(least)} to ${points(most)})`;
+  return [document.createTextNode(` ${before.failures} fail with the original values: ${value ? difference : `no difference (${points(low)} to ${points(high)} points)`}${least > 0 || !value ? "" : ", which may be chance"}.`)];
 }
 
 /** Whether two settings fly with the same numbers. */

@@ -115,7 +115,7 @@ function changes({ data, settings, asFiled }: Shown): string {
 }
 
 /** What differs from the file: each as it is set, and the file's value. */
-export function altered(data: FlightData, settings: Settings): [string, string][] {
+function altered(data: FlightData, settings: Settings): [string, string][] {
   const shown = (control: Control, values: readonly number[]): string => {
     const texts = (values.every((value) => value === values[0]) ? values.slice(0, 1) : values).map(plain);
     return join(control.kind === "toggle" ? (values[0] ? "on" : "off") : texts.join(", "), prose(plainUnit(control.unit)));

@@ -2,7 +2,7 @@
 
 import type { FlightData } from "../data/contract";
 import { h } from "../view/dom";
-import { prose } from "../view/notation";
+import { rich } from "../view/notation";
 
 /** One table a block of cells. button: that of a flight. */
 export function field(flights: readonly FlightData[], button: (flight: FlightData) => HTMLButtonElement): HTMLElement {
@@ -34,7 +34,7 @@ function table(block: string, flights: readonly FlightData[], button: (flight: F
   return h(
     "table",
     {},
-    h("caption", {}, `${block}${block && "; "}${prose(rowAxis)} down, ${prose(columnAxis)} across`),
+    h("caption", {}, ...rich(`${block}${block && "; "}${rowAxis} down, ${columnAxis} across`)),
     h("thead", {}, h("tr", {}, h("td"), ...columns.map((column) => h("th", { scope: "col" }, column)))),
     h("tbody", {}, ...rows.map((row) => h("tr", {}, h("th", { scope: "row" }, row), ...columns.map((column) => cell(row, column))))),
   );

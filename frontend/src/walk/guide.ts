@@ -7,7 +7,6 @@ import type { Controller, StepData, StoryData } from "../data/contract";
 import { controllerOf, controlsOf, valuesOf } from "../data/settings";
 import type { Board } from "../plots/board";
 import type { Session, Shown } from "../session";
-import { altered } from "../summary/strip";
 import { byId, fill, h } from "../view/dom";
 import { flat, rich } from "../view/notation";
 import { Watched } from "../view/events";
@@ -106,7 +105,6 @@ export class Guide {
     const last = this.story.steps.length - 1;
     let waiting = step.guess !== null;
     const flown = this.session.flight(step.flight)!;
-    const name = [flown.name, ...altered(flown, step).map(([now]) => now)].join(", ");
     const button = (text: string, id: string, to: number | undefined): HTMLButtonElement => {
       const made = h("button", { type: "button", class: id === "guide-next" ? "primary" : "plain", id, disabled: to !== undefined && (to < 0 || to > last) }, text);
       made.addEventListener("click", () => {
@@ -159,7 +157,7 @@ export class Guide {
     if (waiting) onward.textContent = "Show me";
     fill(
       this.host,
-      h("p", { class: "guide-place" }, h("span", {}, `Step ${place + 1} of ${last + 1} · `, ...rich(name)), button("Leave the walk", "guide-leave", undefined)),
+      h("p", { class: "guide-place" }, h("span", {}, `Step ${place + 1} of ${last + 1}`), button("Leave the walk", "guide-leave", undefined)),
       h("progress", { max: last + 1, value: place + 1, "aria-label": "Progress of the walk" }),
       h("h2", { tabindex: -1 }, ...rich(step.title)),
       ...(step.guess ? [] : text),

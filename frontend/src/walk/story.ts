@@ -17,7 +17,7 @@ export function story(host: HTMLElement, claimed: HTMLElement, page: PageData, s
     data.note || data.warnings.length ? stale() : null,
     data.note ? h("p", { class: "lead" }, ...rich(data.note)) : null,
     !live ? h("p", { class: "why", id: "why-not" }, closed(data.whyNot || "Shown as recorded")) : null,
-    ...data.warnings.map((warning) => h("p", { class: "why" }, "Warning: ", ...rich(closed(warning)))),
+    ...data.warnings.map((warning) => h("p", { class: "why warned" }, "Warning: ", ...rich(closed(warning)))),
   );
   fill(
     claimed,

@@ -6,10 +6,7 @@ import { field } from "./field";
 import { MARKS, graveness } from "../summary/grade";
 import { fill, h } from "../view/dom";
 
-const GLYPHS = { holds: "✓", fails: "✕", undecided: "?" } as const;
-const WORDS = { holds: "its claim holds", fails: "its claim fails", undecided: "its claim is undecided" } as const;
-const MANY = { holds: "hold", fails: "fail", undecided: "are undecided" } as const;
-const ONE = { holds: "holds", fails: "fails", undecided: "is undecided" } as const;
+const MANY = { holds: "hold", fails: "fail", undecided: "undecided" } as const;
 const VERDICTS = ["holds", "fails", "undecided"] as const;
 
 export class Strip {
@@ -28,17 +25,16 @@ export class Strip {
     const marks = key(session.page);
     const count = session.page.flights.length - [...groups.values()][0]!.length;
     fill(this.others, h("summary", {}, `${count} more flight${count === 1 ? "" : "s"}${marks ? ", and what the marks mean" : ""}`), h("div", { class: "lane" }, ...others), marks);
-    const counted = session.page.flights.some(({ claims }) => claims.length > 1);
-    const pills = counted ? h("p", { class: "pill-line" }, "6✓ 1✕ 1? beside a flight: of the claims about it, six hold, one fails and one is undecided. A claim may be about several flights.") : null;
-    fill(host, h("div", { class: "lane" }, first), pills, ...(others.length ? [this.others] : [marks]));
+    fill(host, h("div", { class: "lane" }, first), ...(others.length ? [this.others] : [marks]));
     host.hidden = session.page.flights.length < 2;
     session.shown.watch((shown) => shown && this.mark(shown.data.id));
   }
 
   private button(flight: FlightData, session: Session): HTMLButtonElement {
-    const verdicts = flight.claims.flatMap((index) => session.page.claims[index]?.verdict ?? []);
+    const first = flight.group === session.page.flights[0]!.group;
+    const verdicts = first ? flight.claims.flatMap((index) => session.page.claims[index]?.verdict ?? []) : [];
     const counts = VERDICTS.map((verdict) => ({ verdict, count: verdicts.filter((one) => one === verdict).length })).filter(({ count }) => count);
-    const said = verdicts.length > 1 ? `of ${verdicts.length} claims about it, ${counts.map(({ verdict, count }) => `${count} ${(count === 1 ? ONE : MANY)[verdict]}`).join(", ")}` : verdicts.length ? WORDS[verdicts[0]!] : "";
+    const said = counts.map(({ verdict, count }) => `${count} ${count === 1 ? verdict : MANY[verdict]}`).join(", ");
     const { reasons } = flight.outcome;
     const grade = graveness(flight.outcome);
     const state = [grade, ...reasons].join(" ");
@@ -48,7 +44,7 @@ export class Strip {
       h("span", { class: `dot ${MARKS[grade].kind}`, "aria-hidden": "true" }),
       h("span", { class: "name" }, flight.name),
       h("span", { class: "unseen" }, `, ${state}`),
-      verdicts.length ? h("span", { class: "verdict", title: said }, h("span", { "aria-hidden": "true" }, ...counts.map(({ verdict, count }) => h("span", { class: `tally ${verdict}` }, verdicts.length > 1 ? `${count}${GLYPHS[verdict]}` : GLYPHS[verdict]))), h("span", { class: "unseen" }, `, ${said}`)) : null,
+      said ? h("span", { class: "verdict", title: "the paper’s claims" }, h("span", { class: "unseen" }, ", claims: "), said) : null,
     );
     button.addEventListener("click", () => session.select(flight.id));
     return button;
@@ -66,15 +62,13 @@ export class Strip {
 }
 
 /** What the marks mean, as far as they occur. */
-function key({ flights, claims }: PageData): HTMLElement | null {
+function key({ flights }: PageData): HTMLElement | null {
   const grades = (Object.keys(MARKS) as (keyof typeof MARKS)[]).filter((grade) => flights.some(({ outcome }) => graveness(outcome) === grade));
-  const judged = flights.some((flight) => flight.claims.length > 0) ? VERDICTS : [];
-  if (grades.length < 2 && !judged.length) return null;
+  if (grades.length < 2) return null;
   return h(
     "p",
     { class: "key-line" },
     ...grades.map((grade) => h("span", {}, h("span", { class: `dot ${MARKS[grade].kind}`, "aria-hidden": "true" }), grade)),
-    ...judged.filter((verdict) => claims.some((claim) => claim.verdict === verdict)).map((verdict) => h("span", {}, `${GLYPHS[verdict]} ${WORDS[verdict]}`)),
   );
 }
 

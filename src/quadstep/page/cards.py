@@ -23,7 +23,7 @@ DROP = (
 
 
 LEGEND = "Pictures of flights: the path flown over a pale band, the desired path; a cross where a flight was lost."
-PANELS = "Pictures of studies: the first panel of a figure, its axes named above and below it."
+PANELS = "Pictures of studies: the first panel of a figure, without its numbers."
 
 
 def part(name: str, package: str = "quadstep.page") -> str:
@@ -80,8 +80,8 @@ def facts_tile(result: ResultFolder) -> str:
 
 
 def picture(result: ResultFolder) -> str:
-    """Its thumbnail: of a flight its path, of a study a panel of its figure; nothing where there is none."""
-    if "flight.csv" not in result.files and result.picture is None:
+    """Its thumbnail: of a flight its path, of a study a panel of its figure, unless it needs the names of its rows."""
+    if result.kind == "Comparison" or ("flight.csv" not in result.files and result.picture is None):
         return ""
     file = address(result, result.picture or "")
     source = address(result, "").replace("/files/", "/thumb/", 1) if "flight.csv" in result.files else file

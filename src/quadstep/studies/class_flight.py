@@ -111,6 +111,10 @@ def submitted(text: str, ground: Ground) -> Mission:
     return mission
 
 
+TILTED = "it tilted to"
+"""How the reason of a flight that overturned begins (metrics/verdict.py)."""
+
+
 def fly_submission(text: str, ground: Ground, out: Path) -> SubmissionResult:
     """Fly a submission and write its flight into the new folder `out`. Raises UserError."""
     mission = submitted(text, ground)
@@ -125,7 +129,9 @@ def fly_submission(text: str, ground: Ground, out: Path) -> SubmissionResult:
     write_json(out / MANIFEST, {**about, **metrics, "mission": mission.model_dump(mode="json")})
     lost = f"Lost at {log.ended:g} s: {REASONS[log.outcome]}." if log.outcome is not Outcome.COMPLETED else ""
     numbers = {key: float(value) for key, value in scalars(metrics).items() if value is not None and math.isfinite(value)}
-    told = lost or (f"Completed. {verdict.sentence}" if verdict.sentence else "Flown to its end, as asked.")
+    reasons = sorted(verdict.reasons, key=lambda one: not one.startswith(TILTED))[:2]  # a tumble first
+    but = " and ".join(reasons).replace(TILTED, "it tumbled, tilting to")
+    told = lost or f"Flown to its end, {f'but {but}' if but else 'as asked'}."
     rest = dict(rest_of(metrics))
     return SubmissionResult(" ".join([told, *at_rest_sentences(rest)]), verdict.grade, numbers, rest)
 

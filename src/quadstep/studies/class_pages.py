@@ -105,7 +105,9 @@ def student_news(room: Room, member: Member) -> str:
     path = flown_path(room, member.latest.number if member.latest else 0)
     waiting = f' data-waits="yes">{escape(member.message)}' if member.waits else f">{escape(member.message)}"
     first = "" if not ranked or ranked[0] is member else f" The best of the class: {shown(room, ranked[0])}."
-    rank = f"Your best: {shown(room, member)}, rank {place(ranked, member)} of {len(ranked)}." if member in ranked else ""
+    behind = own != "–" and (member.value or 0.0) > room.own.numbers[room.ground.metric]
+    where = "behind the class's own gains" if behind else f"rank {place(ranked, member)} of {len(ranked)}"
+    rank = f"Your best: {shown(room, member)}, {where}." if member in ranked else ""
     if member.best and not member.ranked:
         rank = f"Your smallest: {shown(room, member)}, not ranked: no flight of yours was as asked{RANKED[room.section.loop]}."
     best = paragraph(f"{rank}{first}", str) if rank or first else ""

@@ -210,10 +210,9 @@ def still_open(
 def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> ProofVerdict:
     """The verdict that hover is not a stable equilibrium."""
     place = ", ".join(f"{one:g}" for one in at.position)
-    doubling = f"{math.log(2.0) / growth.slowest:.3g} s"
     says = [
         f"disproved: flights that begin near hover at the path's end, ({place}) m, do not all stay near it: hover is unstable "
-        f"there, and the fastest error doubles every {doubling}. This is shown for the law in exact arithmetic. `fly` and "
+        f"there. This is shown for the law in exact arithmetic. `fly` and "
         "`linear` judge rest where the path begins, where a deviation may grow at another rate.",
         *consequence(plan),
     ]

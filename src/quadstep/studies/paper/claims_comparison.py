@@ -41,6 +41,8 @@ def dependence(table: Answers) -> str:
     answers = [answer for answer, _ in table.values()]
     words = ((True, ("agrees", "agree")), (False, ("disagrees", "disagree")), (None, ("is equal", "are equal")))
     shown = [f"{count} {said[count > 1]}" for kind, said in words if (count := answers.count(kind))]
+    if False in answers and all(f"{OURS} is lost" in why for answer, why in table.values() if answer is False):
+        shown[-1 - (None in answers)] += f" ({OURS} is lost there)"
     return f"; of {len(table)} variations, {listed(shown)}."
 
 
