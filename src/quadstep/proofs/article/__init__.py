@@ -145,7 +145,7 @@ FLIGHTS: Mapping[str, Mapping[str, Any]] = {
 }  # fmt: skip
 """The missions that the figures begin with, by the figure's id."""
 
-QUOTED = ("Eq. 26", "Eq. 63", "compact set", "Eq. 52", "Eq. 13", "T_eta")
+QUOTED = ("Eq. 26", "Eq. 63", "Eq. 52", "Eq. 13", "T_eta")
 """Rows of `quadstep verify` that the text shows, with their counterexamples."""
 
 
