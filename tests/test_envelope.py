@@ -334,6 +334,8 @@ def test_flights_of_a_cell_each_have_their_own_noise(tmp_path):
         "--failure", "position_rmse=0.42", "--out", out,
     )  # fmt: skip
     assert run.code == 0, run
+    said = "Each mark is one of the 3 flights of its combination; the report's map counts all of them."
+    assert said in " ".join(data_of((out / "flights.html").read_text())["intro"])
     told = run.out.replace("\n", " ")
     assert " did all 3 flights succeed. " in told and " Limit: position RMSE 0.42 m." in told
     asked = request(path, "wind.mean.0=1,4", "sensors.position_noise=0.01:0.03:3", flights=3)

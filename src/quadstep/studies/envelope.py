@@ -56,7 +56,9 @@ class Map(Study[Envelope]):
         seen = {int(envelope.cells.shown.flat[cell]): int(envelope.cells.successes.flat[cell]) for cell in cells}
         again = zip(seen.items(), flown_again(self.campaign, [*seen]), strict=True)
         found = {flight: self.named(one, flight, successes) for (flight, successes), one in again}
-        links = write_flights(out, self.campaign, found, dict(zip(seen, map(self.place, cells), strict=True)))
+        one = f"Each mark is one of the {self.asked.flights} flights of its combination; the report's map counts all of them."
+        intro = [one] if self.asked.flights > 1 else []
+        links = write_flights(out, self.campaign, found, dict(zip(seen, map(self.place, cells), strict=True)), intro=intro)
         at = {flight % self.asked.cells: link for flight, link in links.items()}
         draw_map(out / PICTURE, self.asked, envelope.cells, sheet, at)
         name = self.campaign.file.name

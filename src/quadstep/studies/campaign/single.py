@@ -3,7 +3,7 @@ draw at rest where its path begins.
 """
 
 import itertools
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -122,10 +122,10 @@ def others(rmse: NDArray[np.float64], worst: Collection[int]) -> list[int]:
 
 def write_flights(
     out: Path, campaign: Campaign, again: Mapping[int, FlownAgain], cells: Mapping[int, Cell] = MappingProxyType({}),
-    why: Mapping[int, str] = MappingProxyType({}),
+    why: Mapping[int, str] = MappingProxyType({}), intro: Sequence[str] = (),
 ) -> dict[int, str]:  # fmt: skip
     """flights.html, where they move, and the address of each there; none where the package has no front end. cells: the place
-    of each where the page has them in a table. why: of each why it is shown.
+    of each where the page has them in a table. why: of each why it is shown. intro: of the page.
     """
     shown: dict[int, ShownFlight] = {}
     for flight, (found, log, _) in again.items():
@@ -138,7 +138,7 @@ def write_flights(
             group, cell = campaign.file.name, cells.get(flight)
             shown[flight] = one._replace(name=name, id=f"flight-{flight}", group=group, cell=cell, note=note)
     try:
-        text = build_page(campaign.file.name, (), list(shown.values()), links=(Link("Report", REPORT),)) if shown else ""
+        text = build_page(campaign.file.name, intro, list(shown.values()), links=(Link("Report", REPORT),)) if shown else ""
     except UserError:
         return {}
     if text:
