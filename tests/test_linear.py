@@ -19,7 +19,7 @@ from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.nearby import MOVED
 from quadstep.linear.run import off_the_step, record
 from quadstep.linear.states import Channel, states, with_states
-from quadstep.linear.tables import OpenLoop, kinks, mark_margins, merged, sentences
+from quadstep.linear.tables import OpenLoop, mark_margins, merged, sentences
 from quadstep.linear.transfer import frequencies, opened, transfer
 from quadstep.linear.worst import cells, facts, finding, grades
 from quadstep.numbers import Vector, vector, where
@@ -361,7 +361,8 @@ def test_a_loop_that_bends_at_rest_has_the_worst_margins_of_its_sides():
             assert one.delay == pytest.approx(other.delay, rel=1e-6)
             assert one.gain_up == pytest.approx(other.gain_up, rel=1e-6)
     assert bent.tried.startswith("33 one-sided linearisations (")
-    assert f"the worst of {bent.tried}." in sentences(sides._replace(tried=bent.tried))[-1]
+    said = sentences(sides._replace(tried=bent.tried))[-1]
+    assert f"the worst of {bent.tried}. Curves, poles and steps are each of one of these" in said
 
     near = rest(1.4, 1.4, 1e-7)
     assert not near.period.period.bends
@@ -373,7 +374,7 @@ def test_a_loop_that_bends_at_rest_has_the_worst_margins_of_its_sides():
             assert (one.phase, one.delay, one.gain_up) == pytest.approx((other.phase, other.delay, other.gain_up), rel=1e-3)
     said = sentences(around._replace(near=near.near, tried=near.tried))[-1]
     assert said.startswith("The loop has a kink near its rest")
-    assert said.endswith("4 at states within 0.1 mm of it.")
+    assert "4 at states within 0.1 mm of it. Curves, poles and steps are each of one of these" in said
 
 
 def test_a_modal_sum_is_the_response_that_equations_are_solved_for(found):
@@ -467,9 +468,3 @@ def test_the_number_of_a_margin_stands_where_no_curve_and_no_other_bar_is(apart)
             x, y = below.transData.transform(line.get_xydata()).T
             points = np.stack([np.interp(np.linspace(0, 1, 500), np.linspace(0, 1, len(x)), one) for one in (x, y)], axis=1)
             assert not np.all((points > box.min) & (points < box.max), axis=1).any()
-
-
-def test_many_kinks_are_counted_and_few_are_named():
-    places = [f"{file}.py, line {line}" for file in ("law", "mixer") for line in (1, 2)]
-    assert kinks(places[:2]) == "the kink is in law.py, line 1 or law.py, line 2"
-    assert kinks(places) == "the kink is at one or more of 4 lines, which linear.json lists"

@@ -7,7 +7,7 @@ import pytest
 
 from quadstep import Mission
 from quadstep.linear.analysis import analyse_rest
-from quadstep.linear.modes import Modes, Pole, scales
+from quadstep.linear.modes import GONE, Modes, Pole, scales
 from quadstep.linear.states import Pose, in_words
 from quadstep.linear.tables import of_poles, pole_rows
 
@@ -52,6 +52,9 @@ def test_what_keeps_its_value_is_counted_and_is_not_felt():
     assert stay == pytest.approx(modes.staying.T * modes.units[:, None], abs=1e-9 * np.abs(stay).max())
     assert of_poles(analysis).startswith(f"{kept} modes neither grow nor decay, without effect on x, y, z and yaw: ")
     assert f" {kept} " in " ".join(pole_rows(analysis.poles, analysis.in_words)[0])
+    counted, gone = sum(2 - (one.imaginary == 0.0) for one in analysis.poles), (np.abs(modes.factors) <= GONE).sum()
+    assert counted + gone == len(modes.factors) == len(analysis.loop.period.names)
+    assert f"poles.csv has all but {gone} that are gone within a period" in of_poles(analysis)
 
 
 def test_a_real_pole_that_rounding_splits_is_shown_as_two_equal_ones():

@@ -152,7 +152,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
         "poles",
         tables.POLE_HEADER,
         tables.pole_rows(found.poles, found.in_words),
-        f"{tables.of_poles(found)} Shown are the slowest poles; poles.csv has all.",
+        tables.of_poles(found),
     )
     done = Evidence(
         name=mission.name,
@@ -176,7 +176,6 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
         figures=[Figure(f"{FIGURES}/{name}", caption) for name, caption in captions(found, moves).items()],
         sections=[
             TableSection("Margins", "margins", tables.MARGIN_HEADER, tables.margin_rows(found), tables.METHOD, shown=margins),
-            *([markup.verbatim("\n".join(found.bends), "Lines where the law may have its kink")] if found.bends else []),
             poles,
             TableSection("Steps of the path", "steps", tables.STEP_HEADER, tables.step_rows(moves)),
         ],
@@ -223,7 +222,7 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     return {
         "bode": "Where |L| falls through 0 dB, the phase's distance from −180° is the phase margin. It is smallest in "
         f"{phase[0].name}: {math.degrees(phase[1].phase):.1f}° at {phase[1].phase_at:.3g} rad/s. The bars mark it, and the "
-        "smallest gain margin, which is read where the phase crosses −180° or what is 360° from it; dots mark their "
+        "smallest gain margin, which is read where the phase crosses −180° or −540°; dots mark their "
         "frequencies in the other panel.",
         "step": "The path steps by 1 along one axis at a time. The largest overshoot is that of "
         f"{over.name}, {100.0 * over.overshoot:.1f} %; {settled if math.isfinite(late.settling) else never}."

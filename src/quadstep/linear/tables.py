@@ -30,8 +30,9 @@ METHOD = (
     "that change together: a disk margin of d allows all complex factors (1 + δ/2)/(1 − δ/2) with |δ| < d, among them gains "
     "up to (2 + d)/(2 − d) and phases up to 2 arctan(d/2)."
 )
-BENT = "The loop is not differentiable at rest: {1}. The margins are the worst of {0}."
-NEAR = "The loop has a kink near its rest, beyond which its slopes differ ({}). Margins are the worst of those at rest and {}."
+ONE = " Curves, poles and steps are each of one of these, which need not be the worst."
+BENT = "The loop is not differentiable at rest. The margins are the worst of {}." + ONE
+NEAR = "The loop has a kink near its rest, beyond which its slopes differ ({}). Margins are the worst of rest and {}." + ONE
 LATER = "The loop changes with time: this is the worst of the loops at the start and at t = {} s of the flight."
 
 SHOWN = 10
@@ -80,7 +81,7 @@ def pole_rows(poles: list[Pole], in_words: Callable[[Iterable[str]], str], most:
 def sentences(analysis: Analysis) -> list[str]:
     """What else is to be known of a grade."""
     later = [LATER.format(listed([f"{t:.3g}" for t in analysis.later]))] if analysis.later else []
-    bent = [BENT.format(analysis.tried, kinks(analysis.bends))] if analysis.bends else []
+    bent = [BENT.format(analysis.tried)] if analysis.bends else []
     if analysis.near and not bent:
         bent = [NEAR.format(analysis.in_words(short(analysis.near)), analysis.tried)]
     return [*later, *(bent if analysis.stable else [])]
@@ -93,18 +94,10 @@ def of_poles(analysis: Analysis) -> str:
     constant = "mode neither grows nor decays" if kept == 1 else "modes neither grow nor decay"
     felt = "" if analysis.not_held else f", without effect on {listed(period.pose.names)}"
     said = f"{kept} {constant}{felt}: {analysis.in_words(still)}. " if kept else ""
-    return f"{said}The loop has {len(period.names)} states and a common period of {1e3 * period.length:g} ms."
-
-
-FEW = 2
-"""Most kinks whose lines are said."""
-
-
-def kinks(places: Sequence[str]) -> str:
-    """Where a law has its kinks, each as "law.py, line 3"."""
-    if len(places) <= FEW:
-        return f"the kink is in {listed(places, 'or')}"
-    return f"the kink is at one or more of {len(places)} lines, which linear.json lists"
+    gone = len(period.names) - sum(times for _, times, _ in grouped(analysis.poles))
+    but = f" but {gone} that are gone within a period" * (gone > 0)
+    said += f"The loop has {len(period.names)} states and a common period of {1e3 * period.length:g} ms. "
+    return f"{said}Shown are the slowest poles; poles.csv has all{but}, one of each pair."
 
 
 def step_rows(steps: list[StepResponse]) -> list[list[str]]:
