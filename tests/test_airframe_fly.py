@@ -1,7 +1,6 @@
 """`quadstep fly` with a real vehicle: the files it writes, what they say, and how flights end."""
 
 import math
-import re
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -148,9 +147,8 @@ def test_a_crash_ends_with_code_3_and_says_so(plain, tmp_path):
     assert ending["z[m]"] == pytest.approx(log["z[m]"][-1] + log["v_z[m/s]"][-1] * (ending["t[s]"] - last), abs=1e-3)
     off = np.sqrt(sum((ending[f"{name}_d[m]"] - ending[f"{name}[m]"]) ** 2 for name in "xyz"))
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert f"<dt>distance from the path when lost</dt><dd>{units.quantity(off, 'm', 4)}<small>" in page
-    for said in (run.out, re.sub("<[^>]*>", "", page)):
-        assert f"the log, whose last row is at {last:.6g} s; metrics.json" in " ".join(said.replace("\u00a0", " ").split())
+    assert f"<dt>distance from the path when lost</dt><dd>{units.quantity(off, 'm', 4)}</dd>" in page
+    assert "<dt>largest error" not in page  # of the last row of the log, almost the same distance
     assert "the rotors were saturated" in run.err
     assert not (tmp_path / "out" / "weights.json").exists()
 

@@ -131,13 +131,16 @@ def test_an_error_is_said_as_a_share_of_the_size_of_a_path_that_moves(turns, sin
     found = of_size(log, metrics, since).replace("\u00a0", " ")
     said = answer(log, {**metrics, "outcome": "completed"}, size=found).replace("\u00a0", " ")
     if turns > since:
-        assert re.fullmatch(r"For scale: a vehicle that never left its start would have an RMSE of 6.94 m \(.*m\)\. ", found)
+        assert re.fullmatch(r"The path's size, 6.94 m, is the RMSE of a vehicle that never leaves its start \(.*m\)\. ", found)
         assert said == "The flight completed 10 s with a position RMSE of 139 mm, 2 % of what standing still would give."
-        for grade, ends in (("fragile", "; its loop is fragile at rest."), ("sound", "standing still would give.")):
-            rest = {"margins_at_rest": {"grade": grade, "why": ""}}
+        for grade, ends in (
+            ("fragile", "; its loop is fragile at rest: phase margin 29.4°."),
+            ("sound", "standing still would give."),
+        ):
+            rest = {"margins_at_rest": {"grade": grade, "why": "phase margin 29.4°"}}
             assert answer(log, {**metrics, **rest, "outcome": "completed"}, size=found).endswith(ends)
         large = answer(log, {**metrics, "relative_error": 0.2, "outcome": "completed"}, size=found)
-        assert " mm. However, its error is large: a relative error of 20 % (limit 10 %)" in large.replace("\u00a0", " ")
+        assert " mm. However, its error is large: 20 % of the path's size (limit 10 %)" in large.replace("\u00a0", " ")
     else:
         assert not found
         assert said == "The flight completed 10 s with a position RMSE of 139 mm."

@@ -91,7 +91,7 @@ LONGER = "A longer flight would show whether it settles."
 HALF_TURN = 180.0 / 3.141592653589793
 
 RULES = (
-    Rule("relative_error", 0.1, "large error", "its error is large: a relative error of {} % (limit 10 %)", 100.0),
+    Rule("relative_error", 0.1, "large error", "its error is large: {} % of the path's size (limit 10 %)", 100.0),
     Rule("heading_error[rad]", 0.5235987755982988, "off its heading", "its nose was {}° off its heading (limit 30°)",
         HALF_TURN),
     Rule("overturned[rad]", 1.5707963267948966, "overturned", "it tilted to {}° (limit 90°)", HALF_TURN),

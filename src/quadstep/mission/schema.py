@@ -270,9 +270,10 @@ class Mission(Section, metaclass=MissionMeta):
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
         seen, since = seen_moments(log, self.moments, self.scored_from), self.scored_from
-        whole = f" This is of the whole flight; errors elsewhere count from {since:g} s on." if since else ""
+        whole = " Figures and captions cover the whole flight; errors of cards and tables "
+        first = (of_marks(seen) + f"{whole}count from {since:g} s on." * bool(since), "")
         jobs = enumerate(flight_jobs(log, self.name, self.plant.efforts))
-        return [one._replace(moments=seen, caption=one.caption + of_marks(seen) * (not i) + whole) for i, one in jobs]
+        return [one._replace(moments=seen, caption=one.caption + first[min(i, 1)]) for i, one in jobs]
 
     def plan(self, folder: Path | None = None, warn: bool = True, drawn: bool = False) -> FlightPlan:
         """The flight this mission describes, as laws and numbers. Raises UserError.

@@ -1,5 +1,5 @@
-"""What happens in a flight, on the time axes of its figures: a line where it begins; above, its word over a strip as long as
-it lasts.
+"""What happens in a flight, on the time axes of its figures: lines where it begins and ends; above, its word over a strip as
+long as it lasts.
 """
 
 from collections.abc import Sequence
@@ -40,12 +40,13 @@ def rows_above(moments: Sequence[EventMark], low: float, high: float, across: fl
 
 
 def mark(axes: Axes, moments: Sequence[EventMark], words: bool = True) -> None:
-    """Lines in axes over time, behind all curves. words: whether words and strips stand above the axes."""
+    """Lines where something begins or ends, behind all curves. words: whether words and strips stand above the axes."""
     low, high = axes.get_xlim()
     across = axes.bbox.width / axes.figure.dpi
     for one in moments:
-        if one.word and low <= one.time <= high:
-            axes.axvline(one.time, color="0.6", linewidth=0.7, linestyle=(0, (4, 3)), zorder=0.6)
+        for edge in {one.time, max(one.time, one.until)} if one.word else ():
+            if low <= edge <= high:
+                axes.axvline(edge, color="0.6", linewidth=0.7, linestyle=(0, (4, 3)), zorder=0.6)
     axes.set_xlim(low, high)
     for one, row, begin in named(moments, low, high, across) if words else ():
         if one.until > one.time:

@@ -37,7 +37,8 @@ def of_path(log: FlightLog, track: Track) -> str:
     t, distance = log.column("t"), track.distance
     worst = int(distance.argmax())
     later = float(distance[t >= 0.5 * t[-1]].max())
-    said = f"The vehicle is farthest from its path, {quantity(float(distance[worst]), 'm')}, at {at(t, worst)}"
+    began = "The" if log.outcome is Outcome.COMPLETED else "In the log, the"
+    said = f"{began} vehicle is farthest from its path, {quantity(float(distance[worst]), 'm')}, at {at(t, worst)}"
     said += f", and in the second half of the flight at most {quantity(later, 'm')}" if later < 0.9 * distance[worst] else ""
     if not track.views:
         return f"{said}."
@@ -56,7 +57,7 @@ def of_position(log: FlightLog) -> str:
     whole = np.linalg.norm(errors, axis=1)
     most, when = float(whole.max()), at(t, int(whole.argmax()))
     said += f" (all axes together: {quantity(most, 'm')} at {when})" if most > 1.005 * sizes[i] else ""
-    return f"{said}; at the end it is {final}."
+    return f"{said}; {'at the end' if log.outcome is Outcome.COMPLETED else 'in the last row of the log'} it is {final}."
 
 
 def of_attitude(log: FlightLog, panels: list[Panel]) -> str:
@@ -107,10 +108,12 @@ def of_others(panels: list[Panel], t: Numbers, more: str = "") -> str:
             each = panel.unit.split(", ")  # or one for all lines
             unit = each[list(panel.lines).index(name)] if len(each) == len(panel.lines) else panel.unit
             size = number(value) if unit == "-" or "," in unit else quantity(value, unit)
-            what = f"{f'{name}, ' if len(panel.lines) > 1 else ''}{'its lowest, ' if low else ''}at {at(t, place)}"
-            found.append(f"{panel.label} {size} ({what})")
+            if low:
+                more = f" The voltage of the battery is lowest at {at(t, place)}: {size}.{more}"
+                continue
+            found.append(f"{panel.label} {size} ({f'{name}, ' if len(panel.lines) > 1 else ''}at {at(t, place)})")
     begins = "The largest values are:" if found[1:] else "The largest value is:"
-    return f"{begins} {listed(found)}.{more}" if found else listed([panel.label for panel in panels])
+    return f"{begins} {listed(found)}.{more}" if found else more.strip() or listed([panel.label for panel in panels])
 
 
 def at(t: Numbers, place: int) -> str:
@@ -271,7 +274,7 @@ def seen_moments(log: FlightLog, moments: Sequence[EventMark], since: float = 0.
 
 def of_marks(moments: Sequence[EventMark]) -> str:
     """What these look like over time, to follow a caption."""
-    lasting = " The strips above the axes show how long something lasts, from the dashed line at which it begins."
+    lasting = " The strips above the axes show how long something lasts; dashed lines mark where it begins and ends."
     return lasting if any(one.word and one.until > one.time > 0.0 for one in moments) else ""
 
 

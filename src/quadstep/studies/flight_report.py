@@ -53,8 +53,7 @@ def write_report(
     places = [("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")]
     sections: list[Section] = [markup.links(places)]
     if "position" in metrics:
-        said = size
-        said += f"Counted{counted}; figures and their captions cover the whole flight. " if counted else ""
+        said = f"{size}Counted{counted}. " if counted else size
         header, rows = error_table(metrics, ending)
         heading = metrics.get("heading_error[rad]")
         if isinstance(heading, float) and "attitude" not in metrics:  # whose rows have the heading
@@ -75,15 +74,14 @@ def write_report(
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(markup.verbatim("\n".join(left), whose))
     when = worst(log, mission.scored_from, mission.moments) if "position" in metrics else ""
-    off_at = lost_at(metrics, ending or {})
+    off_at, found_facts = lost_at(metrics, ending or {}), facts(metrics, counted, when)
     measured = [
-        *([markup.Fact("distance from the path when lost", off_at, "just after the last row of the log")] if off_at else []),
-        *facts(metrics, counted, when),
+        *([markup.Fact("distance from the path when lost", off_at)] if off_at else []),
+        *(one for one in found_facts if not (off_at and one.what == "largest error")),
         *own_facts(mission, metrics),
     ]
-    kept = log.outcome is not Outcome.COMPLETED and len(log.rows)
     lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission), size)]
-    first, *more = [*filter(None, lines), *([of_log(log)] if kept else [])]
+    first, *more = filter(None, lines)
     found = Evidence(
         mission.name, "Flight", first, (), {}, measured, drawn[:IN_SUMMARY], sections, more=more, warnings=warnings, fold=(),
         cases=(Case("flown", None if log.outcome is Outcome.COMPLETED else first),),
@@ -105,13 +103,16 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", s
     """How it went. counted: from when errors are, see `errors_since`; and how much is flown, see `cut`. size: of its path, if
     it has one.
     """
-    loop = f"; its loop is {grade} at rest" if (grade := rest_of(metrics).get("grade")) in BAD_LOOPS else ""
+    rest = rest_of(metrics)
+    why_bad = f": {rest['why'].partition('; ')[0]}" if rest.get("grade") == "fragile" else ""
+    loop = f"; its loop is {rest['grade']} at rest{why_bad}" if rest.get("grade") in BAD_LOOPS else ""
     if log.outcome is not Outcome.COMPLETED:
         return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}{loop}."
     off, found = metrics.get("position_rmse[m]"), graded(metrics)
     part = cast(float, metrics.get("relative_error") or 0.0)
-    of_it = units.percent(part) if part >= LEAST else f"less than {100.0 * LEAST:g} %"
-    share = f", {of_it} of what standing still would give" if size and not found.reasons else ""
+    share = (
+        f", {units.percent(part)} of what standing still would give" if size and not found.reasons and part >= LEAST else ""
+    )
     error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{share}{counted}" if off is not None else ""
     return f"The flight completed {log.ended:g} s{error}{loop}. {found.sentence}".strip()
 
@@ -123,7 +124,7 @@ def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
         return ""
     if not moves(log.table(*(f"{axis}_d" for axis in position_axes(log)))[log.column("t") >= since]):
         return ""
-    size = f"For scale: a vehicle that never left its start would have an RMSE of {units.quantity(off / share, 'm')}"
+    size = f"The path's size, {units.quantity(off / share, 'm')}, is the RMSE of a vehicle that never leaves its start"
     return f"{size} (distances above {FAR:g} m count as {FAR:g} m). "
 
 
@@ -137,12 +138,6 @@ def lost_at(metrics: Metrics, ending: Metrics) -> str:
     """How far from its path a flight was when it was lost; "" where it was not, or where nobody knows."""
     off = math.hypot(*(missed(ending, axis, "m") for axis in group(metrics, "position")))
     return units.quantity(off, "m", 4) if ending and math.isfinite(off) else ""
-
-
-def of_log(log: FlightLog) -> str:
-    """Up to when the numbers of a lost flight count."""
-    row = f"{log.column('t')[-1]:.6g} s"
-    return f"RMSE, largest errors and figures cover the log, whose last row is at {row}; metrics.json has the state after it."
 
 
 def worst(log: FlightLog, since: float, moments: Sequence[EventMark] = ()) -> str:
@@ -169,25 +164,25 @@ def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fa
     rest = rest_of(metrics)
     kind = BAD_LOOPS.get(rest.get("grade", ""), "")
     loop = [markup.Fact("loop at rest where the path begins", rest["grade"], rest["why"], kind=kind)] if rest else []
-    return [*found, *of_limits(metrics, ", in the whole flight" if counted else ""), *loop]
+    return [*found, *of_limits(metrics), *loop]
 
 
-def of_limits(metrics: Metrics, window: str = "") -> list[markup.Fact]:
-    """How close the vehicle came to its limits, as far as the flight has that. window: of what these are, after a comma."""
+def of_limits(metrics: Metrics) -> list[markup.Fact]:
+    """How close the vehicle came to its limits in the whole flight, as far as it has that."""
     found = []
     if "largest_tilt[rad]" in metrics:
         tilt = f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°"
-        found.append(markup.Fact("largest tilt", tilt, f"between thrust and vertical{window}"))
+        found.append(markup.Fact("largest tilt", tilt, "between thrust and vertical"))
     if "largest_thrust_share" in metrics:
         share = metric(metrics, "largest_thrust_share")
-        more = f"all rotors together used at most {units.percent(share)} of their full thrust{window}"
+        more = f"all rotors together used at most {units.percent(share)} of their full thrust (with a full battery)"
         found.append(markup.Fact("smallest thrust margin", units.percent(1.0 - share), more))
     if "saturated_share" in metrics:
-        said = f"{of_saturation(metrics, units.percent)}{window}"
+        said = of_saturation(metrics, units.percent)
         found.append(markup.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), said))
     elif "rotors" in metrics and metric(metrics, "rotors", "least[N]") < 0.0:
         ends = (units.number(metric(metrics, "rotors", f"{end}[N]")) for end in ("least", "largest"))
-        more = f"rotors cannot pull, but this vehicle does not limit them{window}"
+        more = "rotors cannot pull, but this vehicle does not limit them"
         found.append(markup.Fact("thrust per rotor, not realisable", f"{' to '.join(ends)}\u00a0N", more))
     return found
 

@@ -32,7 +32,7 @@ from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import quantity
-from quadstep.studies.flight_report import cut, error_table, errors_since, of_limits, of_log, own_facts, worst, write_report
+from quadstep.studies.flight_report import cut, error_table, errors_since, of_limits, own_facts, worst, write_report
 
 REPORT = "report.html"
 
@@ -272,6 +272,6 @@ def summarise(
         but = graded(metrics).sentence
         ending = " ".join(filter(None, (left_path(log, metrics), f"Completed {log.ended:g} s{error}.", but)))
     else:
-        kept = f"The log up to that point is kept. {of_log(log)}" if len(log.rows) else "Its log is empty."
+        kept = "The log up to that point is kept." if len(log.rows) else "Its log is empty."
         ending = f"Lost at {log.ended:g} s: {why or REASONS[log.outcome]}. {kept}"
     return FlightSummary(name, [*header[1:-1]], rows, facts, ending, completed, warnings, metrics, judged)
