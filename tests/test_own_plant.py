@@ -221,7 +221,7 @@ def test_its_flights_are_proved_and_that_is_checked(mission, start):
     assert "Proved: " in run.out
     run = quadstep("prove", "--check", "proofs/lift.json", "--controller", "rail.py")
     assert run.code == 0, run
-    assert "confirmed" in run.out
+    assert "Confirmed" in run.out
 
 
 def test_nothing_is_proved_of_a_state_that_does_not_say_where_the_position_is(mission):
