@@ -125,10 +125,7 @@ def worst_grade(ground: CandidateFlyer, values: Mapping[str, float], grading: Gr
     written = grading(mission)
     where, worst = min([("", written), *graded], key=lambda one: WORST_FIRST.index(one[1].get("grade", SOUND)))
     if where and written:
-        return {
-            **worst,
-            "why": f"{where}, {worst['why'].partition('; smallest ')[0]}; as the mission is written, it is {written['grade']}",
-        }
+        return {**worst, "why": f"{where}, {worst['why']}; as the mission is written, it is {written['grade']}"}
     if not (graded and written):
         return written
     ends = f"with the least and the largest {units.listed([words(key) for key in keys])} that fly, too"
