@@ -3,6 +3,7 @@
 import pytest
 
 from quadstep.engines.fly import fly
+from quadstep.linear.grade import grade
 from quadstep.metrics.verdict import graded
 from quadstep.mission.schema import Mission
 from quadstep.page.build import missions_page
@@ -22,6 +23,7 @@ MORE = {
     "sinking": {"vehicle": {"preset": "x500"}, "controller": {"type": "rotation-backstepping"},
         "path": {"type": "circle", "centre": [0.0, 0.0, 4.0], "radius": 3.0, "ramp": 1.0, "period": 9.0},
         "simulation": {"duration": 9.0}, "events": [{"type": "rotor", "time": 2.0, "rotor": 1, "efficiency": 0.3}]},
+    "short": {"path": {**CASE_1, "end": [4.0, 1.0, 2.0], "duration": 6.0}},
     "scored late": {"vehicle": {"preset": "x500"}, "path": {"type": "circle", "radius": 2.0, "period": 3.0},
         "score_from": 2.0},
 }  # fmt: skip
@@ -78,6 +80,30 @@ def test_a_flight_above_the_limit_of_its_campaign_is_no_good_one(open_page, logs
     assert page.locator(".badge summary .mark").inner_text() == "✕"
     assert "does not measure its u effort" in page.locator("#summary-words").inner_text()
     assert page.locator("#walk [aria-current] .dot").get_attribute("class").split()[1] == "bad"
+
+
+MOVED = {  # control and values, and the keys that say the same
+    "a circle": [("wind", [4.0, 0.0, 0.0], {"wind": {"mean": [4.0, 0.0, 0.0]}}),
+        ("radius", [2.0], {"path": {**CONTENTS["a circle"]["path"], "radius": 2.0}})],
+    "short": [("torque", [0.0, 0.1, 0.0], {"disturbance": {"torque": [0.0, 0.1, 0.0]}}),
+        ("disturbance", [0.5], {"disturbance": {"scale": 0.5}})],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MOVED)
+def test_margins_are_unknown_where_a_control_may_change_the_loop_at_rest(open_page, name):
+    page = open_page()
+    page.evaluate("id => quadstep.select(id)", name.replace(" ", "-"))
+    told = []
+    for control, values, keys in MOVED[name]:
+        page.evaluate("([control, values]) => quadstep.setControl(control, values)", [control, values])
+        told.append(page.locator("#margins").count() > 0)
+        page.click("#reset")
+        least = [
+            [one.value for one in grade(Mission.model_validate({**CONTENTS[name], **more})).measures] for more in ({}, keys)
+        ]
+        assert told[-1] == (least[0] != pytest.approx(least[1], rel=1e-9)), control
+    assert told == [True, False]
 
 
 def test_the_mark_of_a_flight_is_that_of_its_grade(open_page):

@@ -28,12 +28,14 @@ export function isFresh(settings: Settings, flight: FlightData): boolean {
   return !Object.keys(settings.values).length && settings.controller === fresh(flight).controller;
 }
 
-const OUTSIDE = new Set(["Path", "Disturbance", "Wind", "Events", "Start"]); // groups that leave the loop at rest as it is
+const OUTSIDE = new Set(["t_f", "target", "yaw_end", "period", "size", "gust", "disturbance"]); // leave the loop at rest as it is, as events and the start do
 
-/** Whether the loop is another than the file's. */
+/** Whether the loop at rest may be another than the file's: a steady wind tilts it, and an own one may differ where a larger circle starts. */
 export function loopChanged(settings: Settings, flight: FlightData): boolean {
+  const uniform = flight.controls.some(({ id }) => id === "wind");
+  const outside = ({ group, id }: Control): boolean => group === "Events" || group === "Start" || OUTSIDE.has(id) || (id === "radius" && uniform);
   const moved = controlsOf(flight, controllerOf(flight, settings.controller)).filter(([control, owner]) => settings.values[keyOf(control, owner)]);
-  return settings.controller !== fresh(flight).controller || moved.some(([{ group }, owner]) => owner !== undefined || !OUTSIDE.has(group));
+  return settings.controller !== fresh(flight).controller || moved.some(([control, owner]) => owner !== undefined || !outside(control));
 }
 
 /** Whether both fly the same. */

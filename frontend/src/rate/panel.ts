@@ -102,21 +102,30 @@ export class RatePanel {
     if (!tally || !rate) return;
     this.pictures.classList.toggle("counting", !tally.flown);
     if (!tally.flown) this.words.textContent = "Counting…";
-    else this.words.replaceChildren(...sentence(tally, rate, this.from), ...(this.before === tally ? [] : paired(tally, this.before)));
-    this.note.textContent = `${rate.keys.length ? `Varied from flight to flight: ${rate.keys.join("; ")}. ` : ""}${tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`}`;
+    else this.words.replaceChildren(...sentence(tally), ...paired(tally, this.original));
+    this.note.textContent = [
+      fails(rate, this.from),
+      this.original ? "Outline: the same flights with the original values." : "",
+      rate.keys.length ? `Varied from flight to flight: ${rate.keys.join("; ")}.` : "",
+      tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`,
+    ].filter(Boolean).join(" ");
     if (tally.flown || !this.before?.flown) for (const [metric, canvas] of this.histograms) this.histogram(metric, canvas, tally, rate);
+  }
+
+  /** The flights of the file, where others are shown. */
+  private get original(): Tally | undefined {
+    return this.before?.done && this.before !== this.tally ? this.before : undefined;
   }
 
   private histogram(metric: Metric, canvas: HTMLCanvasElement, tally: Tally, rate: Rate): void {
     const name = `${NAMES[metric]}${this.from}`;
     const limit = rate.failure[metric];
-    const kept = tally[metric].filter((value, i) => tally.code[i] === 0 && Number.isFinite(value));
+    const kept = completed(tally, metric);
     const most = this.most.get(metric) || roundUp(Math.max(...kept, limit ? 1.6 * limit : 0)) || 1;
     if (tally.done && kept.length) this.most.set(metric, most);
-    const counts = new Array<number>(BINS).fill(0);
-    const within = kept.filter((value) => value < most);
-    for (const value of within) counts[Math.min(Math.floor((value / most) * BINS), BINS - 1)]!++;
-    const above = kept.length - within.length;
+    const counts = binned(kept, most);
+    const usual = this.original ? binned(completed(this.original, metric), most).map((count) => (count * tally.flown) / rate.flights) : [];
+    const above = kept.filter((value) => value >= most).length;
     const lost = tally.code.filter((code) => code > 0).length;
     const width = canvas.parentElement?.clientWidth ?? 0;
     const pen = canvas.getContext("2d");
@@ -128,7 +137,7 @@ export class RatePanel {
     const colours = palette.value;
     const [floor, right, top] = [HEIGHT - 34, width - (above ? 102 : 46), 18];
     const x = (value: number): number => 6 + (value / most) * (right - 6);
-    const tallest = Math.max(...counts) || Math.max(above, lost, 1);
+    const tallest = Math.max(...counts, ...usual.map(Math.ceil)) || Math.max(above, lost, 1);
     const bar = (left: number, wide: number, count: number, colour: string): void => {
       const height = Math.min(count / tallest, 1) * (floor - top);
       surface.rectangle({ left, top: floor - height, width: wide, height }, colour);
@@ -140,6 +149,8 @@ export class RatePanel {
     });
     surface.polyline([6, floor + 0.5, width - 6, floor + 0.5], { colour: colours.line, width: 1, dash: [] });
     const small = { colour: colours.muted, size: 11, align: "center" } as const;
+    const outline = usual.flatMap((count, i) => [i, i + 1].flatMap((edge) => [x((edge * most) / BINS), floor - (count / tallest) * (floor - top)]));
+    if (outline.length) surface.polyline(outline, { colour: colours.ink, width: 1.2, dash: [] });
     if (limit !== undefined) {
       surface.polyline([x(limit), 4, x(limit), floor], { colour: colours.ink, width: 1, dash: [3, 3] });
       surface.text(x(limit) + 4, 8, "limit", { ...small, align: "left" });
@@ -161,6 +172,18 @@ export class RatePanel {
   }
 }
 
+/** A metric of the flights that were completed. */
+function completed(tally: Tally, metric: Metric): Float64Array {
+  return tally[metric].filter((value, i) => tally.code[i] === 0 && Number.isFinite(value));
+}
+
+/** How many values each bar holds, of those below `most`. */
+function binned(values: Float64Array, most: number): number[] {
+  const counts = new Array<number>(BINS).fill(0);
+  for (const value of values) if (value < most) counts[Math.min(Math.floor((value / most) * BINS), BINS - 1)]!++;
+  return counts;
+}
+
 /** The numbers that the campaign varies, as this setting has them. */
 function varied({ varies }: Rate, { given, law }: Setting): number[] {
   return varies.map((name) => {
@@ -169,18 +192,22 @@ function varied({ varies }: Rate, { given, law }: Setting): number[] {
   });
 }
 
-function sentence(tally: Tally, rate: Rate, from: string): Node[] {
-  const { failures, flown } = tally;
+function sentence({ failures, flown }: Tally): Node[] {
   const { value, low, high } = exactShare(failures, flown);
   const percent = (share: number): string => `${number(100 * share, 3)}\u00a0%`;
-  const bounds = Object.entries(rate.failure).map(([name, most]) => `${NAMES[name as Metric]}${from} exceeds ${quantity(most, "m")}`);
   const strong = h("b", {}, `${failures} of ${flown} flights fail: ${percent(value)}`);
-  return [strong, document.createTextNode(` (95 % interval ${percent(low)} to ${percent(high)}). A flight fails if it is lost${bounds.map((bound) => `, or if its ${bound}`).join("")}.`)];
+  return [strong, document.createTextNode(` (95 % interval ${percent(low)} to ${percent(high)}).`)];
+}
+
+/** What counts as a failure. */
+function fails({ failure }: Rate, from: string): string {
+  const bounds = Object.entries(failure).map(([name, most]) => `, or if its ${NAMES[name as Metric]}${from} exceeds ${quantity(most, "m")}`);
+  return `A flight fails if it is lost${bounds.join("")}.`;
 }
 
 /** What the same flights do with the values of the file, once all of both are flown. */
 function paired(tally: Tally, before: Tally | undefined): Node[] {
-  if (!tally.done || !before?.done) return [];
+  if (!tally.done || !before) return [];
   const more = before.success.filter((good, i) => good && !tally.success[i]).length;
   const fewer = tally.success.filter((good, i) => good && !before.success[i]).length;
   const { value, low, high } = shareDifference(more, fewer, tally.flown);

@@ -13,9 +13,8 @@ export function story(host: HTMLElement, claimed: HTMLElement, page: PageData, s
   const claims = data.claims.flatMap((index) => page.claims[index] ?? []);
   fill(
     host,
-    h("h2", { id: "flight-name", class: page.flights.length > 1 || data.name === page.title ? "named" : "" }, data.name),
-    data.note || data.warnings.length ? stale() : null,
-    data.note ? h("p", { class: "lead" }, ...rich(data.note)) : null,
+    h("h2", { id: "flight-name", class: "named" }, data.name),
+    ...(data.note ? [stale(), h("p", { class: "lead" }, ...rich(data.note))] : []),
     !live ? h("p", { class: "why", id: "why-not" }, closed(data.whyNot || "Shown as recorded")) : null,
     ...data.warnings.map((warning) => h("p", { class: "why warned" }, "Warning: ", ...rich(closed(warning)))),
   );
