@@ -64,8 +64,8 @@ SIGNALS = {"m": "xyz", "°": ("roll", "pitch", "yaw"), "°/s": "pqr"}
 
 
 def picture(before: FlightLog, after: FlightLog) -> FigureJob:
-    """Both steps, while they differ by a fiftieth of the most: position, attitude and rate, each along the axis that changes
-    most.
+    """Both steps, where and while their lines are seen to be two: position, attitude and rate, each along the axis that
+    changes most.
     """
     count, panels = min(len(one.column("t")) for one in (before, after)), []
     for unit, names in SIGNALS.items():
@@ -73,10 +73,14 @@ def picture(before: FlightLog, after: FlightLog) -> FigureJob:
         along = [[turn * one.column(name)[:count] for one in (before, after)] for name in names]
         drawn = [Panel(name, unit, dict(zip(SIDES, pair, strict=True))) for name, pair in zip(names, along, strict=True)]
         panels.append(max(drawn, key=lambda one: float(apart(one).max())))
-    seen = np.flatnonzero(np.any([apart(one) > 0.02 * apart(one).max() for one in panels], axis=0))
-    shown = slice(max(0, seen[0] - 20), seen[-1] + 20) if len(seen) else slice(None)
+    several = [apart(one) > 0.02 * np.ptp([*one.lines.values()]) for one in panels]
+    panels = [one for one, two in zip(panels, several, strict=True) if two.any()] or panels
+    seen = np.flatnonzero(np.any(several, axis=0))
+    around = max(20, np.ptp(seen) // 4) if len(seen) else 0
+    shown = slice(max(0, seen[0] - around), seen[-1] + around) if len(seen) else slice(None)
     kept = [one._replace(lines={side: line[shown] for side, line in one.lines.items()}) for one in panels]
-    return FigureJob(PICTURE, "A step in calm air", before.column("t")[:count][shown], kept)
+    columns = 2 if len(kept) == 2 else 1
+    return FigureJob(PICTURE, "A step in calm air", before.column("t")[:count][shown], kept, columns)
 
 
 def apart(panel: Panel) -> Floats:
@@ -111,19 +115,17 @@ def evidence(
     grades = [one.grade.word for one in sides]
     changed = [(name, law.by_key()[name][1], before[f"controller.{name}"], value) for name, value in question.changes.items()]
     seen = contrasts(sides, failed, measured, steps)
-    air = f"in wind of up to {question.wind:g} m/s from every side, with turbulence" if question.wind else "in still air"
+    air = f"in turbulent wind of up to {question.wind:g} m/s from every side" if question.wind else "in still air"
     gusts = f"{units.counted(question.flights, 'flight')} {air}"
     lost = f"{units.percent(*failed[1])} are lost or ever more than {question.within:g} m from their place"
-    count = f"of {units.counted(question.flights, 'flight')}"
     fail = (
-        f"{units.percent(*failed[1])} {count} fail with the change, {units.percent(*failed[0])} before{compared(failed[2])}."
+        f"{units.percent(*failed[1])} of {gusts} fail with the change, {units.percent(*failed[0])} before"
+        f"{compared(failed[2])}. A flight fails if it is lost or ever more than {question.within:g} m from its place."
     )
-    fail = fail if failed[0].value or failed[1].value else f"None {count} fails, before or after."
-    news = (
-        f"With {changed_words(changed)} {grade_words(sides)}{better_or_worse(seen, [one.what for _, one in missed(sides)])}."
-    )
-    fails = f"Flown {air}; a flight fails if it is lost or ever more than {question.within:g} m from its place."
-    answer = " ".join([fail, fails, news] if certain(failed[2]) else [news, fail, fails])
+    none = f"None of {gusts} is lost or ever more than {question.within:g} m from its place, before or after."
+    fail = fail if failed[0].value or failed[1].value else none
+    news = f"With {changed_words(changed)} {grade_words(sides)}{better_or_worse(seen, [one.what for one in missed(sides)])}."
+    answer = " ".join([fail, news] if certain(failed[2]) else [news, fail])
     if idle(sides):
         answer = (
             f"With {changed_words(changed)} no flight differs from before by a single bit, neither {gusts} nor a step "
@@ -134,8 +136,8 @@ def evidence(
     tables = [
         TableSection(
             "Before and after", "both", ("", *SIDES, "after − before"), [("grade", *grades, ""), *(one[:4] for one in seen)],
-            f"{gusts}, the same for both; 95 % intervals. Those of differences are paired, over flights completed with both. "
-            "Grade and margins are those of the loop hovering in calm air, rise time and overshoot those of a step there.",
+            "95 % intervals; those of differences are paired, over flights completed with both. Grade and margins are those "
+            "of the loop hovering in calm air, rise time and overshoot those of a step there.",
             shown="In gusts, at rest, and in a step in calm air",
         ),
         TableSection("What changes", "changes", ("parameter", "before", "after", ""), rows_of_changes),
@@ -174,15 +176,14 @@ def facts(failed: Sequence[Estimate], sides: tuple[Side, Side]) -> list[markup.F
         for name, one in shares.items()
     ]
     for old, new in zip(*(side.grade.measures for side in sides), strict=False):
-        if (was := old.text(old.value)) != (now := new.text(new.value)):
+        if (was := old.text(old.value)) != (now := new.text(new.value)) or not new.met:
             found.append(markup.Fact(f"{new.what} margin, before and after", f"{was} → {now}", new.channel))
     return found
 
 
-def missed(sides: tuple[Side, Side]) -> list[tuple[str, Measure]]:
-    """The margins that are too small with the change, each with what it was."""
-    before = {one.what: f", {one.text(one.value)} before" for one in sides[0].grade.measures}
-    return [(before.get(one.what, ""), one) for one in sides[1].grade.measures if not one.met]
+def missed(sides: tuple[Side, Side]) -> list[Measure]:
+    """The margins that are too small with the change, which cards show."""
+    return [one for one in sides[1].grade.measures if not one.met]
 
 
 def idle(sides: tuple[Side, Side]) -> bool:
@@ -316,13 +317,10 @@ def changed_words(changed: Sequence[tuple[str, Gain, float, float]]) -> str:
 
 
 def grade_words(sides: tuple[Side, Side]) -> str:
-    """The grade of the loop with the change, with what it lacks, and that before."""
+    """The grade of the loop with the change, with what it lacks."""
     old, new = (one.grade for one in sides)
-    small = [
-        f"{one.what} margin in {one.channel} {one.text(one.value)}{was}, sound from {one.text(one.limit)}"
-        for was, one in missed(sides)
-    ]
-    why = "" if new.word == SOUND else f" ({'; '.join(small) or new.why})"
+    small = [f"{one.what} margin in {one.channel} below {one.text(one.limit)}" for one in missed(sides)]
+    why = "" if new.word == SOUND else f" ({units.listed(small) or new.why})"
     way = f"stays {new.word}" if new.word == old.word else f"goes from {old.word} to {new.word}"
     return f"the loop at rest {way}{why}"
 
