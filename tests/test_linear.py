@@ -362,7 +362,7 @@ def test_a_loop_that_bends_at_rest_has_the_worst_margins_of_its_sides():
             assert one.gain_up == pytest.approx(other.gain_up, rel=1e-6)
     assert bent.tried.startswith("33 one-sided linearisations (")
     said = sentences(sides._replace(tried=bent.tried))[-1]
-    assert f"the worst of {bent.tried}. Curves, poles and steps are each of one of these" in said
+    assert f"the worst of {bent.tried}. Curves, poles and steps show one of them." in said
 
     near = rest(1.4, 1.4, 1e-7)
     assert not near.period.period.bends
@@ -373,8 +373,8 @@ def test_a_loop_that_bends_at_rest_has_the_worst_margins_of_its_sides():
         if channel.name != "thrust":
             assert (one.phase, one.delay, one.gain_up) == pytest.approx((other.phase, other.delay, other.gain_up), rel=1e-3)
     said = sentences(around._replace(near=near.near, tried=near.tried))[-1]
-    assert said.startswith("The loop has a kink near its rest")
-    assert "4 at states within 0.1 mm of it. Curves, poles and steps are each of one of these" in said
+    assert said.startswith("The law has a kink close to rest")
+    assert "4 at states within 0.1 mm of it. Curves, poles and steps show one of them." in said
 
 
 def test_a_modal_sum_is_the_response_that_equations_are_solved_for(found):

@@ -99,12 +99,12 @@ def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis
     fragile = f"the loop is fragile: phase margin {math.degrees(phase.value):.1f}° in {phase.channel} (less than 30.0°)"
     assert worst.finding(analysis) == f"At rest at the start of its path, {fragile}."
     assert worst.finding(analysis, "its flight was lost") == (
-        f"At rest at the start of its path, {fragile}; however, its flight was lost."
+        f"At rest at the start of its path, {fragile}. However, its flight was lost."
     )
     sound = "At rest at the start of its path, the loop is sound"
     asked = analysis._replace(limits=MarginLimits(0.9 * gain.value, 0.5 * phase.value, 0.0))
     assert worst.finding(asked) == f"{sound}: smallest gain margin {gain.value:.1f} dB ({gain.channel})."
-    assert worst.finding(asked, "its flight was lost") == f"{sound}; however, its flight was lost."
+    assert worst.finding(asked, "its flight was lost") == f"{sound}. However, its flight was lost."
     assert worst.finding(analysis._replace(limits=MarginLimits(0.0, 0.0, 0.0))) == (
         f"{sound}: smallest gain margin {gain.value:.1f} dB ({gain.channel}), phase margin "
         f"{math.degrees(phase.value):.1f}° ({phase.channel}), delay margin {1e3 * delay.value:.1f} ms ({delay.channel})."
@@ -263,13 +263,13 @@ def test_what_the_mission_s_flight_does_comes_before_a_grade_that_leaves_it_out(
     mission = write(tmp_path, MISSION + LOST)
     run = quadstep("linear", mission, "--out", tmp_path / "linear")
     said = strict_json(tmp_path / "linear" / "linear.json")["sentences"][0]
-    lost = r"; however, the mission's flight is lost at [\d.]+ s \(more than 100 m from its path\)\."
+    lost = r"\. However, the mission's flight is lost at [\d.]+ s \(more than 100 m from its path\)\."
     assert re.fullmatch("At rest at the start of its path, the loop is sound: events are ignored" + lost, said)
     assert quick_grade(read_mission(mission))["why"].endswith("; events are ignored")
     assert said in " ".join(run.out.split())
     report = unescape((tmp_path / "linear" / "report.html").read_text(encoding="utf-8"))
-    assert said in report.replace("\u00a0", " ")
-    ending = said.partition("; however, the ")[2]
+    assert said.replace(". However", ".</p><p>However") in report.replace("\u00a0", " ").replace("</p>\n", "</p>")
+    ending = said.partition(". However, the ")[2]
     file = write(tmp_path, CAMPAIGN, "campaign.toml")
     for asked in ((file, "--samples", 1), (mission, "--controllers", "lqr")):
         several = quadstep("linear", *asked, "--out", tmp_path / "several", "--overwrite")

@@ -31,7 +31,7 @@ from quadstep.report import markup
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import MANIFEST, publishing, write_csv, write_json
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import quantity
+from quadstep.report.units import listed, quantity
 
 MARGIN_COLUMNS = (
     "gain_up[dB]", "gain_down[dB]", "phase[rad]", "crossover[rad/s]", "delay[s]", "disk[-]", "sensitivity[-]",
@@ -167,15 +167,18 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     )
     if not found.stable:
         (out / FIGURES).mkdir()
-        draw_steps(out / FIGURES / "step", steps(found.loop, found.poles), sheet.with_svg())
-        return done._replace(figures=[Figure(f"{FIGURES}/step", GROWING)])
+        grow, others = growing(steps(found.loop, found.poles))
+        draw_steps(out / FIGURES / "step", grow, sheet.with_svg())
+        return done._replace(figures=[Figure(f"{FIGURES}/step", of_growth(others))])
     draw(out / FIGURES, found, moves, sheet.with_svg())
     margins = f"{mission.name}: margins, one loop opened at a time"
     return done._replace(
+        more=(),
         facts=[with_limit(one, found) for one in worst.facts([("", found)])],
         figures=[Figure(f"{FIGURES}/{name}", caption) for name, caption in captions(found, moves).items()],
         sections=[
-            TableSection("Margins", "margins", tables.MARGIN_HEADER, tables.margin_rows(found), tables.METHOD, shown=margins),
+            TableSection("Margins", "margins", *worst.by_channel(found), shown=margins),
+            markup.disclosure("how they are computed", "".join(map(markup.paragraph, [tables.METHOD, *said[len(answer) :]]))),
             poles,
             TableSection("Steps of the path", "steps", tables.STEP_HEADER, tables.step_rows(moves)),
         ],
@@ -184,7 +187,22 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
 
 REMEDY = "`quadstep tune` searches for gains with margins."
 CERTIFY = "`quadstep certify` judges the conditions of Theorem 5.1."
-GROWING = "The path steps by 1 along one axis at a time: the linear response, without the limits at which a flight is lost."
+TENTH = 0.1
+"""Of the largest response of an unstable loop; what stays below is not drawn beside it."""
+
+
+def growing(moves: list[StepResponse]) -> tuple[list[StepResponse], list[StepResponse]]:
+    """The responses that say how an unstable loop fails, and those that beside them would be flat."""
+    size = {one.name: float(np.abs(one.value).max()) for one in moves}
+    drawn = [one for one in moves if size[one.name] >= TENTH * max(size.values())]
+    return drawn, [one for one in moves if one not in drawn]
+
+
+def of_growth(others: list[StepResponse]) -> str:
+    """What the figure of an unstable loop shows."""
+    said = "The path steps by 1 along one axis at a time; this is the linear response, without the limits of a flight."
+    most = max((float(np.abs(one.value).max()) for one in others), default=0.0)
+    return f"{said} Not drawn: {listed([one.name for one in others])}, at most {most:.3g}." if others else said
 
 
 def for_latency(mission: Mission) -> list[str]:
@@ -218,7 +236,6 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     over, late = max(moves, key=lambda one: one.overshoot), max(moves, key=lambda one: one.settling)
     settled = f"the last to settle is {late.name}: within 2 % after {late.settling:.3g} s"
     never = f"{late.name} does not settle within 2 % in the time shown"
-    alike = " Each quantity is drawn like the command that moves it." * ({"pitch", "roll"} <= {one.name for one, _ in pairs})
     return {
         "bode": "Where |L| falls through 0 dB, the phase's distance from −180° is the phase margin. It is smallest in "
         f"{phase[0].name}: {math.degrees(phase[1].phase):.1f}° at {phase[1].phase_at:.3g} rad/s. The bars mark it, and the "
@@ -226,7 +243,7 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
         "frequencies in the other panel.",
         "step": "The path steps by 1 along one axis at a time. The largest overshoot is that of "
         f"{over.name}, {100.0 * over.overshoot:.1f} %; {settled if math.isfinite(late.settling) else never}."
-        f"{off_the_step(moves)} Overshoot does not affect the grade.{alike}",
+        f"{off_the_step(moves)}",
         "nyquist": "The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. On the grey circle, "
         "|L| is 1: the angle there between a curve and −1 is its phase margin. The nearest to −1 is "
         f"{near[0].name}, at a distance of {1.0 / near[1].sensitivity:.2g}: disturbances are amplified "

@@ -20,8 +20,7 @@ from quadstep.report.canvas import LETTER, LINES, figure_at
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.units import listed
 
-MARGIN_HEADER = ("", "gain [dB]", "phase [°]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
-POLE_HEADER = ("pole [1/s]", "doubles every [s]", "time constant [s]", "damping", "frequency [rad/s]", "count", "states")
+POLE_HEADER = ("pole [1/s]", "states", "doubles every [s]", "time constant [s]", "damping", "frequency [rad/s]", "count")
 STEP_HEADER = ("step of 1", "rests at", "overshoot [%]", "settling time to 2 % [s]")
 METHOD = (
     "One loop is opened at a time, between the controller's command and the rotors. Margins say how far that command can be "
@@ -30,9 +29,9 @@ METHOD = (
     "that change together: a disk margin of d allows all complex factors (1 + δ/2)/(1 − δ/2) with |δ| < d, among them gains "
     "up to (2 + d)/(2 − d) and phases up to 2 arctan(d/2)."
 )
-ONE = " Curves, poles and steps are each of one of these, which need not be the worst."
-BENT = "The loop is not differentiable at rest. The margins are the worst of {}." + ONE
-NEAR = "The loop has a kink near its rest, beyond which its slopes differ ({}). Margins are the worst of rest and {}." + ONE
+ONE = " Curves, poles and steps show one of them."
+BENT = "The law has a kink at rest, so margins are the worst of {}." + ONE
+NEAR = "The law has a kink close to rest ({}), so margins are the worst of rest and {}." + ONE
 LATER = "The loop changes with time: this is the worst of the loops at the start and at t = {} s of the flight."
 
 SHOWN = 10
@@ -49,30 +48,17 @@ def number(value: float, digits: str = ".1f") -> str:
     return f"{value:{digits}}" if math.isfinite(value) else "none"
 
 
-def margin_cells(one: Margins) -> list[str]:
-    """A row of `MARGIN_HEADER` without its name."""
-    up, down = decibels(one.gain_up), decibels(one.gain_down)
-    gain = f"{down} to {up}" if "none" not in (up, down) else f"up to {up}" if up != "none" else f"from {down}"
-    rest = (math.degrees(one.phase), one.phase_at, 1e3 * one.delay)
-    peaks = (f"{peak:.2f}" for peak in (one.disk, one.sensitivity, one.complementary))
-    return ["none" if up == down else gain, *map(number, rest), *peaks]
-
-
-def margin_rows(analysis: Analysis) -> list[list[str]]:
-    return [[channel.name, *margin_cells(one)] for channel, one in zip(analysis.channels, analysis.margins, strict=False)]
-
-
 def pole_rows(poles: list[Pole], in_words: Callable[[Iterable[str]], str], most: int | None = SHOWN) -> list[list[str]]:
     """A row for each distinct pole, the slowest first. in_words: states as people say them."""
     return [
         [
             f"{pole.real:.4g}" + (f" ± {pole.imaginary:.4g}j" if pole.imaginary > ALIKE * pole.frequency else ""),
+            in_words(states),
             f"{-math.log(2.0) * pole.time_constant:.4g}" if pole.real > 0.0 else "",
             number(pole.time_constant, ".4g") if pole.real <= 0.0 else "",
             f"{pole.damping:.3f}" if pole.real <= 0.0 else "",
             f"{pole.frequency:.4g}",
             str(count),
-            in_words(states),
         ]
         for pole, count, states in grouped(poles)[:most]
     ]

@@ -49,6 +49,12 @@ class LeastMargin(NamedTuple):
     where: str
 
 
+def by_channel(analysis: Analysis) -> tuple[list[str], list[list[str]]]:
+    """Header and rows of a table: each margin of each channel."""
+    header = ["", *(channel.name for channel in analysis.channels)]
+    return header, [[title, *map(text, analysis.margins)] for title, _, _, text in MEASURES]
+
+
 def finding(analysis: Analysis, but: str = "") -> str:
     """The grade as a sentence; of a sound loop with the margin nearest to its limit, or with what its mission's flight does
     that was not asked.
@@ -58,7 +64,7 @@ def finding(analysis: Analysis, but: str = "") -> str:
     if grade.word == SOUND and asked:
         least = min(asked, key=lambda one: one.value / one.limit)
         grade = grade._replace(why=explained(analysis, [] if but else [least]))
-    return f"{grade.sentence[:-1].removesuffix(': ')}; however, {but}." if but else grade.sentence
+    return f"{grade.sentence[:-1].removesuffix(': ')}. However, {but}." if but else grade.sentence
 
 
 def stable(loops: Loops) -> list[tuple[str, Analysis]]:

@@ -261,7 +261,7 @@ class Mission(Section, metaclass=MissionMeta):
             reasons = graded(self.flight_metrics(log)[0]).reasons
         except UserError as error:
             return f"the mission cannot be flown ({error})"
-        return f"in the mission's flight, {together(reasons)}" if reasons else ""
+        return f"in flight, {together(reasons)}" if reasons else ""
 
     @property
     def moments(self) -> list[EventMark]:
