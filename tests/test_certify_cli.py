@@ -14,7 +14,7 @@ from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import certify_plan
 from quadstep.proofs.certify.output import record, tables
 from quadstep.proofs.certify.run import facts, figures_of
-from quadstep.proofs.certify.standing import TERMS, TESTING, answer, kind, seen, work
+from quadstep.proofs.certify.standing import TERMS, TESTING, answer, kind, seen, stacked, work
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import UNJUDGED
 from tests.commands import LINE, quadstep, strict_json, write
@@ -43,7 +43,8 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     assert (run.code, run.err) == (0, "")
     written = {path.name for path in (tmp_path / "out").iterdir()}
     assert written == {
-        "certificate.json", "certificate.png", "certificate.svg", "checks.png", "checks.svg", "metrics.json", "report.html",
+        "certificate.json", "certificate.png", "certificate.svg", "changes.png", "changes.svg", "checks.png", "checks.svg",
+        "metrics.json", "report.html",
     }  # fmt: skip
     found, about = (strict_json(tmp_path / "out" / name) for name in ("certificate.json", "metrics.json"))
     assert run.out.startswith("This flight meets the conditions of Theorem 5.1 but does not test it: the error never left the")
@@ -53,7 +54,7 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     assert found["kind"] == about["kind"] == "untested"
     assert set(found["lyapunov"]["work[J]"]) == set(TERMS)
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "<dd>not tested<small>no sample is there</small></dd>" in page
+    assert f"<dd>not tested<small>|r| is at most {found['flight']['largest_r']:.4g}, b<sub>r</sub> = " in page
     assert f"b<sub>r</sub> = {found['bounds']['b_r']:.4g}</small>" in page
     assert found["samples"] == 501
     for needed in ("J_M max(Lambda2)", "largest error |r|", "coupling"):
@@ -71,9 +72,13 @@ def test_a_diverging_flight_ends_with_3_and_keeps_its_certificate(tmp_path, undr
     assert not conditions["coupling_holds"]
     assert min(conditions["printed: K_r2 - J_M Lambda2 [N m s]"]["anywhere"]) == pytest.approx(1.0)
     assert found["looked_at_until[s]"] < found["ended[s]"] < 10.0
-    said = "although the printed conditions of Theorem 5.1 hold. The coupling condition, which the paper omits, does not: the"
-    assert run.out.startswith(f"Lost at {found['ended[s]']:.4g} s, {said} largest thrust")
-    assert "eps (the error that even ideal weights leave), 165 J; the coupling added 24.8 J." in run.out.replace("\u00a0", " ")
+    said = "although the printed conditions of Theorem 5.1 hold. The coupling of the two loops, which they leave out, allows a"
+    assert run.out.startswith(
+        f"Lost at {found['ended[s]']:.4g} s, {said} thrust of {conditions['u_max_allowed[N]']['visited']:.4g} N"
+    )
+    assert "At rest at the start of its path, the loop is unstable: a deviation doubles every 0.399 s" in run.out
+    assert "`quadstep tune` searches for gains with margins." in run.out
+    assert strict_json(tmp_path / "out" / "metrics.json")["margins_at_rest"]["grade"] == "unstable"
     assert [round(found["lyapunov"]["work[J]"][one], 1) for one in ("residual", "coupling")] == [165.5, 24.8]
     assert "repair" not in run.out  # larger gains meet every condition, and the flight is lost all the same
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
@@ -159,19 +164,18 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     assert (
         "What follows is faint and not judged: the law then commands a thrust that swings past straight down, where" in caption
     ) == lost
-    (begins,) = re.findall(r"Right begins at (\S+) s, where", caption) or ["0"]
+    assert caption.endswith(f"Right: the thrust, of which the coupling allows {found.conditions.thrust_bound:.4g} N.")
+    (begins,) = re.findall(r"as areas from (\S+) s on, where", stacked(found)) or ["0"]
     assert (4.0 <= float(begins) < found.until) == lost
-    assert caption.endswith(f"Too small to be drawn: {'weights' if lost else 'weights and coupling'}.")
-    assert [one.log_time != lost for one in figures_of(found, name)] == [True, True]
+    assert stacked(found).endswith(f"Too small to be drawn: {'weights' if lost else 'weights and coupling'}.")
+    assert [one.log_time != lost for one in figures_of(found, name)] == [True] * 3
     done = record(found)["lyapunov"]["work[J]"]
     value = found.lyapunov.value
     assert sum(done[key] for key in TERMS if key != "filtering") == pytest.approx(value[-1] - value[0], rel=1e-9)
-    assert ("coupling condition" in answer(found)) == lost
+    assert ("The coupling of the two loops" in answer(found)) == lost
     assert [row[-1] for row in tables(found).ways] == [("holds", "holds"), ("not judged", "open")]
     assert [one.value for one in facts(found)] == (
-        ["violated", f"none of {len(found.r):,}", "not tested", "lost"]
-        if lost
-        else ["hold", f"none of {len(found.r):,}", "not tested", "completed"]
+        ["violated", "not tested", "lost"] if lost else ["hold", "not tested", "completed"]
     )
 
 
@@ -182,8 +186,8 @@ def test_what_follows_the_judged_part_is_the_flights_own_error_and_is_drawn():
     whole = np.hypot(log.column("norm_r1"), log.column("norm_r2"))
     np.testing.assert_allclose(np.append(found.r, found.later), whole, rtol=1e-9)
     assert whole[len(found.r) :].max() > found.b_r  # so that "the error never left the ball" is said of the judged part only
-    assert facts(found)[1].more.startswith(f"up to {found.until:.3g} s; largest |r| = ")
-    (job, _) = figures_of(found, "lost")
+    assert facts(found)[1].more.startswith(f"|r| is at most {found.r.max():.4g} up to {found.until:.3g} s, b_r = ")
+    (job, *_) = figures_of(found, "lost")
     lines = job.panels[0].lines
     assert (len(lines["|r|"]), len(lines[UNJUDGED]), len(job.t)) == (len(found.r), len(whole), len(whole))
     np.testing.assert_allclose(job.t, log.column("t"), rtol=1e-9, atol=1e-12)
@@ -198,7 +202,7 @@ def test_one_example_tests_the_theorem_as_the_others_say():
     assert np.abs(found.lyapunov.coupling).max() == 0.0
     said = "Only the error in yaw is tested: x, y, z, pitch and roll stay at zero, and so does the coupling."
     assert answer(found).endswith(f"b_r. {said}")
-    assert "Zero throughout: weights and coupling." in seen(found)
+    assert "Zero throughout: weights and coupling." in stacked(found)
     assert not any("–" in cell for row in tables(found).ball for cell in row[:3])
 
 

@@ -230,11 +230,11 @@ def test_a_prefix_brings_a_value_where_it_reads_well(largest):
 
 def test_every_panel_of_a_certificate_shows_its_whole_flight():
     certificate = certify_plan(case_1(controller={"type": "backstepping"}).plan())
-    first, checks = figures_of(certificate, "Case 1")
+    first, *others = figures_of(certificate, "Case 1")
     assert first.log_time
-    by_name = {panel.label: panel for panel in first.panels + checks.panels}
+    by_name = {panel.label: panel for job in (first, *others) for panel in job.panels}
     assert [by_name[name].scale for name in ("L", "|r|", "|W_tilde|", "coupling")] == [LOG] * 4
-    assert [by_name[name].scale for name in ("L_dot", "added to L")] == [SIGNED_LOG, STACKED]
+    assert [by_name[name].scale for name in ("dL/dt", "added to L")] == [SIGNED_LOG, STACKED]
     name, radius = next((name, line) for name, line in by_name["|r|"].lines.items() if name.startswith("b_r = "))
     assert radius.min() == radius.max() == certificate.b_r
     assert name == f"b_r = {certificate.b_r:.3g}"

@@ -36,6 +36,7 @@ from quadstep.mission.schema import Mission
 from quadstep.report.units import quantity
 
 FRAGILE, UNSTABLE, UNKNOWN = "fragile", "unstable", "not linearised"
+REMEDY = "`quadstep tune` searches for gains with margins."
 RISES, FALLS = "if the gain rises", "if the gain falls"
 
 
@@ -92,18 +93,16 @@ def graded(analysis: Analysis) -> Grade:
 
 
 def explained(analysis: Analysis, measures: Sequence[Measure]) -> str:
-    """These margins of a stable loop in words, those that are too small first, and what else is to be known of it."""
-    missed = " and ".join(
+    """These margins of a stable loop in words, either all too small or none, and what else is to be known of it."""
+    small = [
         f"{one.what} margin {one.text(one.value)} in {one.channel} (less than {one.text(one.limit)})"
         for one in measures
         if not one.met
-    )
-    said = ", ".join(f"{one.what} margin {one.text(one.value)}{where(one)}" for one in measures if one.met)
-    said = f"smallest {said}" if said else ""
-    if analysis.aside >= LEAST_ASIDE:
-        said += f"{'; ' * bool(said)}it rests {quantity(analysis.aside, 'm')} from where the path begins"
-    said += f"{'; ' * bool(said)}events are ignored" if analysis.eventful else ""
-    return "; ".join(filter(None, (missed, said)))
+    ]
+    said = " and ".join(small) or ", ".join(f"{one.what} margin {one.text(one.value)}{where(one)}" for one in measures)
+    said = f"smallest {said}" if said and not small else said
+    aside = f"it rests {quantity(analysis.aside, 'm')} from where the path begins" if analysis.aside >= LEAST_ASIDE else ""
+    return "; ".join(filter(None, (said, aside, "events are ignored" * bool(analysis.eventful))))
 
 
 def where(one: Measure) -> str:

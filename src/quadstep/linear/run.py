@@ -17,7 +17,7 @@ from quadstep.io.run_record import FIGURES
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, RestAnalysis, StepResponse, analyse_rest, steps
 from quadstep.linear.equilibrium import hover_mission, quiet
-from quadstep.linear.grade import graded
+from quadstep.linear.grade import REMEDY, graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.states import Array
 from quadstep.linear.tables import OpenLoop, decibels, draw_bode, draw_nyquist, draw_steps, merged
@@ -185,7 +185,6 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     )
 
 
-REMEDY = "`quadstep tune` searches for gains with margins."
 CERTIFY = "`quadstep certify` judges the conditions of Theorem 5.1."
 TENTH = 0.1
 """Of the largest response of an unstable loop; what stays below is not drawn beside it."""

@@ -104,8 +104,7 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", s
     it has one.
     """
     rest = rest_of(metrics)
-    why_bad = f": {rest['why'].partition('; ')[0]}" if rest.get("grade") == "fragile" else ""
-    loop = f"; its loop is {rest['grade']} at rest{why_bad}" if rest.get("grade") in BAD_LOOPS else ""
+    loop = f"; its loop is {rest['grade']} at rest" if rest.get("grade") in BAD_LOOPS else ""
     if log.outcome is not Outcome.COMPLETED:
         return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}{loop}."
     off, found = metrics.get("position_rmse[m]"), graded(metrics)

@@ -176,7 +176,7 @@ def tables(c: FlightCertificate) -> Tables:
         ],
         ball=[
             ["samples outside the ball b_r" + until, f"{rate['samples_outside_b_r']:,} of {len(c.r):,}", "", ""],
-            ["share of these with L_dot < 0", "–" if fell is None else f"{100.0 * fell:.4g} %", "100 %",
+            ["share of these with dL/dt < 0", "–" if fell is None else f"{100.0 * fell:.4g} %", "100 %",
              mark(1.0 if fell == 1.0 else -1.0) if promised else NOT_JUDGED],
             [f"largest error |r|{until} [m/s, rad/s]", brief(flight["largest_r"]), ball(c), ""],
             *later,

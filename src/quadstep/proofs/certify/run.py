@@ -9,12 +9,15 @@ from quadstep.engines.fly import fingerprint
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io import __version__
 from quadstep.io.errors import errors_in
+from quadstep.linear.grade import REMEDY, UNSTABLE, quick_grade
+from quadstep.metrics.registry import at_rest_sentences
 from quadstep.metrics.verdict import Case
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
 from quadstep.proofs.certify.output import record, tables
-from quadstep.proofs.certify.standing import answer, checked, facts, kind, seen, visible
+from quadstep.proofs.certify.standing import answer, facts, kind, seen, stacked, visible
 from quadstep.proofs.plain import Array, lengths
+from quadstep.report import markup
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.panel import LOG, SIGNED_LOG, STACKED, UNJUDGED, Panel
@@ -25,8 +28,8 @@ from quadstep.report.sheet import Sheet
 NAME = "certificate"
 """Of its figure, and of the file with all its numbers."""
 
-CHECKS = "checks"
-"""Of the figure of what checks these numbers, and of its section."""
+CHANGES, CHECKS = "changes", "checks"
+"""Of the figures of what changed L and of what checks these numbers, and of their sections."""
 
 
 def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | None = None) -> Evidence:
@@ -40,46 +43,56 @@ def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | No
         full = record(flown)
         write_json(out / f"{NAME}.json", full)
         found = evidence(flown, mission.name, full["verdict"], json.loads(mission.model_dump_json()))
+        if flown.conditions.broken() or flown.outcome is not Outcome.COMPLETED:
+            grade = quick_grade(mission)
+            remedy = [REMEDY] * (grade.get("grade") == UNSTABLE)
+            said = " ".join([found.answer, *at_rest_sentences(grade), *remedy])
+            found = found._replace(answer=said, opening=said, grade=grade, told=True)
         for one in drawn:
             one.result()
         found.write(out)
     return found
 
 
-def bounded(name: str, values: Array, bound: str, radius: float | None, later: Array) -> Panel:
+def bounded(name: str, values: Array, bound: str, radius: float | None, later: Array, unit: str = "m/s, rad/s") -> Panel:
     """A line and the radius it is held against. later: how it goes on, if it does."""
     lines = {name: values, **({UNJUDGED: np.append(values, later)} if len(later) else {})}
     if radius is not None:
         lines[f"{bound} = {radius:.3g}"] = np.full(len(values), radius)
-    return Panel(name, "-" if name != "|r|" else "m/s, rad/s", lines, LOG)
+    return Panel(name, unit, lines, LOG)
 
 
 def figures_of(c: FlightCertificate, name: str) -> list[FigureJob]:
-    """|r| with b_r beside what each term has added to L; and what checks this: L and its parts, L_dot, |W_tilde| with b_w, and
-    the coupling term beside what should outweigh it.
+    """|r| with b_r beside the thrust with what the coupling allows; what each term has added to L; and what checks this: L and
+    its parts, dL/dt, |W_tilde| with b_w, and the coupling term beside what should outweigh it.
 
     Axes are logarithmic: a transient takes milliseconds, what it leaves is thousands of times smaller. So is time, but not of
     a lost flight, whose end is what matters.
     """
     h = c.history
     damping = max(c.conditions.k_min, 0.0) * np.square(c.r)
-    first = [bounded("|r|", c.r, "b_r", c.b_r, c.later), Panel("added to L", "J", visible(c), STACKED)]
+    first = [
+        bounded("|r|", c.r, "b_r", c.b_r, c.later),
+        bounded("thrust", h.thrust, "allowed by the coupling", c.conditions.thrust_bound, c.later[:0], "N"),
+    ]
+    changes = [Panel("added to L", "J", visible(c), STACKED)]
     checks = [
         Panel("L", "J", {"L": c.lyapunov.value, "errors": c.lyapunov.of_errors, "integrals": c.lyapunov.of_integrals,
                          "weights": c.lyapunov.of_weights}, LOG),
-        Panel("L_dot", "W", {"formula": c.lyapunov.rate, "differences of L": c.lyapunov.differenced}, SIGNED_LOG),
-        bounded("|W_tilde|", c.missing, "b_w", c.b_w, c.later[:0]),
+        Panel("dL/dt", "W", {"formula": c.lyapunov.rate, "differences of L": c.lyapunov.differenced}, SIGNED_LOG),
+        bounded("|W_tilde|", c.missing, "b_w", c.b_w, c.later[:0], "-"),
         Panel("coupling", "W", {"|r1| |delta|": lengths(h.r1) * lengths(h.delta), "K_min |r|^2": damping}, LOG),
     ]  # fmt: skip
     title, log_time = f"{name}: Theorem 5.1 on this flight", c.outcome is Outcome.COMPLETED
     t = np.append(h.t, h.t[-1] + h.period * np.arange(1, len(c.later) + 1))
-    return [FigureJob(file, title, t, panels, 2, log_time) for file, panels in ((NAME, first), (CHECKS, checks))]
+    figures = ((NAME, first), (CHANGES, changes), (CHECKS, checks))
+    return [FigureJob(file, title, t, panels, min(len(panels), 2), log_time) for file, panels in figures]
 
 
 def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, object]) -> Evidence:
     """What was found. mission: as it was flown."""
     lost = None if c.outcome is Outcome.COMPLETED else f"lost at {c.ended:.4g} s"
-    found = tables(c)
+    found, logarithmic = tables(c), " Time is logarithmic." * (not lost)
     return Evidence(
         name=name,
         kind="Certificate",
@@ -88,24 +101,25 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
         opening=answer(c),
         record={"name": name, "version": __version__, "kind": kind(c), "verdict": verdict, "mission": mission},
         facts=facts(c),
-        figures=[Figure(NAME, f"{seen(c)}{'' if lost else ' Time is logarithmic.'}")],
+        figures=[Figure(NAME, seen(c) + logarithmic)],
         sections=[
-            TableSection("Conditions", "conditions", CONDITIONS, found.conditions, ASKED, shown=name),
+            TableSection("Conditions", "conditions", CONDITIONS, found.conditions, shown=name),
+            markup.disclosure("how they are computed", markup.paragraph(ASKED)),
             TableSection("Ball", "ball", ("", "measured", "bound", ""), found.ball, BALL, shown="The ball", most=4),
-            TableSection("What changed L", "changes", ("", "added to L"), found.changes, CHANGED),
+            TableSection("What changed L", CHANGES, ("", "added to L"), found.changes, CHANGED),
+            Figure(CHANGES, stacked(c) + logarithmic),
             TableSection("Checks", CHECKS, ("", "share", "should be", ""), found.ways, CHECKED),
-            Figure(CHECKS, f"{checked(c)} Axes are logarithmic, those of rates on both sides of zero."),
+            Figure(CHECKS, SEEN_IN_CHECKS),
         ],
         cases=(Case("completed", lost),),
-        fold=(CHECKS,),
+        fold=("ball", CHANGES, CHECKS),
     )
 
 
 CONDITIONS = ("", "this flight", "must be", "verdict")
 ASKED = (
     "Each margin is the smallest over the axes; what holds on this flight only does not at every attitude. J_M is the largest "
-    "eigenvalue of J on this flight. The coupling, which the paper leaves out, "
-    "allows a thrust of 2 l_2 sqrt(k_1 k_2), which must be above the largest one flown: k_1 and k_2 are the first and the "
+    "eigenvalue of J on this flight. The coupling allows a thrust of 2 l_2 sqrt(k_1 k_2): k_1 and k_2 are the first and the "
     "third margin, and l_2 is the smallest entry of Lambda2."
 )
 BALL = (
@@ -115,11 +129,16 @@ BALL = (
     "rad/s."
 )
 CHANGED = (
-    "The change of L is the sum of what each term of L_dot added to it or took from it. The terms are those of a command that "
-    "changes continuously; the flown one is held from sample to sample, and “sampling” is the difference that this makes."
+    "The terms of dL/dt are those of a command that changes continuously; the flown one is held from sample to sample, and "
+    "“sampling” is the difference that this makes."
 )
 CHECKED = (
-    "L_dot is computed in three ways: by the formula, from the plant's accelerations and from differences of L. The first two "
+    "dL/dt is computed in three ways: by the formula, from the plant's accelerations and from differences of L. The first two "
     "differ only by rounding; the third differs by what sampling adds. All numbers are in certificate.json."
 )
 """What the rows of the tables are about."""
+
+SEEN_IN_CHECKS = (
+    "|r1| |delta| is the most that coupling can do to L, K_min |r|^2 the least that damping does; what they did is said "
+    "under What changed L. Axes are logarithmic, those of rates on both sides of zero."
+)

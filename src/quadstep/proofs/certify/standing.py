@@ -66,7 +66,7 @@ ANSWERS = {
     "conditions broken": "is not covered by the proof of Theorem 5.1: ",
     "untested": f"meets the conditions of Theorem 5.1 but does not test it: {INSIDE}",
     "sign consistent": "agrees with Theorem 5.1: its conditions hold, and L fell at each",
-    "rising between samples": "leaves Theorem 5.1 undecided: its conditions hold, and L_dot is negative wherever it should "
+    "rising between samples": "leaves Theorem 5.1 undecided: its conditions hold, and dL/dt is negative wherever it should "
     "be, but a command is held for a control period, in which the error can leap over the ball",
     "contradicted": "contradicts Theorem 5.1: its printed conditions hold, yet L rose where it should fall",
 }
@@ -80,30 +80,29 @@ def answer(c: FlightCertificate) -> str:
         "conditions broken": broken,
         "sign consistent": f" of the {c.outside.sum():,} of {len(c.outside):,} samples that lie outside the ball b_r",
         "rising between samples": f": {rises(c)}",
-        "contradicted": f". At {contradicting(c).sum():,} of the {c.outside.sum():,} samples outside the ball b_r, L_dot was "
+        "contradicted": f". At {contradicting(c).sum():,} of the {c.outside.sum():,} samples outside the ball b_r, dL/dt was "
         f"not negative, mostly because of {TERMS[culprit(c)][1]}",
     }
-    which, met = "coupling" if c.conditions.hold else "corrected", "he printed conditions of Theorem 5.1 hold"
     if what == "conditions broken" and c.conditions.printed_hold:
-        said = [f"Lost at {c.ended:.4g} s, although t{met}. T" if lost else f"T{met}; t"]
-        said[0] += f"he {which} condition, which the paper omits, does not: {broken}."
+        met = "he printed conditions of Theorem 5.1 hold."
+        said = [f"Lost at {c.ended:.4g} s, although t{met}" if lost else f"T{met}", omitted(c)]
     else:
         began = f"Lost at {c.ended:.4g} s. Up to {c.until:.3g} s, this" if lost else "This"
         said = [f"{began} flight {ANSWERS[what]}{more.get(what, '')}."]
-    said += driver(c) if what == "conditions broken" and c.conditions.hold else []
     said += untested(c) if what == "sign consistent" else []
     said += [f"The flight of {TESTING} does test it."] * (what == "untested" and not lost)
     return " ".join(said)
 
 
-def driver(c: FlightCertificate) -> list[str]:
-    """The term that added most to L, beside the coupling."""
-    done = {name: float(values[-1]) for name, values in work(c).items() if name != "filtering"}
-    most, way = max(done, key=done.__getitem__), "added" if done["coupling"] >= 0.0 else "took"
-    beside = f"; the coupling {way} {units.quantity(abs(done['coupling']), 'J')}" * (most != "coupling")
-    until = f" up to {c.until:.3g} s" * bool(len(c.later))
-    said = f"The term that added most to L{until} is {TERMS[most][1]}, {units.quantity(done[most], 'J')}{beside}."
-    return [said] * (done[most] > 0.0)
+def omitted(c: FlightCertificate) -> str:
+    """The condition that the paper omits and this flight does not meet, in a sentence."""
+    k = c.conditions
+    if not k.hold:
+        return f"The corrected condition does not: {'; '.join(k.broken())}."
+    return (
+        f"The coupling of the two loops, which they leave out, allows a thrust of {k.thrust_bound:.4g} N at most, and this "
+        f"flight took up to {k.thrust:.4g} N."
+    )
 
 
 def untested(c: FlightCertificate) -> list[str]:
@@ -115,20 +114,16 @@ def untested(c: FlightCertificate) -> list[str]:
 
 
 def facts(c: FlightCertificate) -> list[Fact]:
-    """Whether the conditions hold, whether the flight tests the theorem, what L did there, and how the flight ended."""
+    """Whether the conditions hold, what L did where the theorem is tested, and how the flight ended."""
     broken, count, rising = c.conditions.broken(), int(c.outside.sum()), int((c.outside & ~(c.lyapunov.rate < 0.0)).sum())
-    none = "not tested", "no sample is there" if c.b_r else "there is no ball"
+    until = f" up to {c.until:.3g} s" * bool(len(c.later))
+    none = "not tested", f"|r| is at most {c.r.max():.4g}{until}, {ball(c)}" if c.b_r else "there is no ball"
     leaps, lost = standing(c) == "rising between samples", c.outcome is not Outcome.COMPLETED
-    fell = ("undecided", rises(c)) if leaps else ("fell", f"L_dot < 0 at all {count:,} samples outside b_r")
-    rose = "rose", f"at {rising:,} of {count:,} samples outside b_r"
+    fell = ("undecided", rises(c)) if leaps else ("fell", f"at each of {count:,} samples")
+    rose = "rose", f"at {rising:,} of {count:,} samples"
     return [
         Fact("conditions of the proof", *(("violated", "", False, "fails") if broken else ("hold", "", False, "holds"))),
-        Fact(
-            "samples outside the ball b_r",
-            f"{f'{count:,}' if count else 'none'} of {len(c.r):,}",
-            f"{f'up to {c.until:.3g} s; ' * bool(len(c.later))}largest |r| = {c.r.max():.4g}, {ball(c)}",
-        ),
-        Fact("L outside the ball", *(none if not count else rose if rising else fell), kind="fails" * bool(rising)),
+        Fact("L outside the ball b_r", *(none if not count else rose if rising else fell), kind="fails" * bool(rising)),
         Fact("the flight", "lost" if lost else "completed", f"at {c.ended:.4g} s", kind="fails" * lost),
     ]
 
@@ -181,19 +176,24 @@ def parts(c: FlightCertificate) -> dict[str, Array]:
 
 
 def seen(c: FlightCertificate) -> str:
-    """What the figure shows of this flight, in sentences."""
+    """What the figure of |r| and of the thrust shows of this flight."""
+    left = f"up to {c.until:.3g} s, " * bool(len(c.later))
+    why = f": the law then commands {c.undefined}{NO_RATES}" * bool(c.undefined)
+    rest = f" What follows is faint and not judged{why}." if left else ""
+    k = c.conditions
+    allowed = f", of which the coupling allows {k.thrust_bound:.4g} N" if k.thrust_bound else ""
+    return f"Left: {left}{of_ball(c)}.{rest} Right: the thrust{allowed}."
+
+
+def stacked(c: FlightCertificate) -> str:
+    """What the figure of the work of each term shows."""
     every, shown = parts(c), visible(c)
-    left, rest = ("", "")
-    if len(c.later):
-        left, rest = f"up to {c.until:.3g} s, ", " What follows is faint and not judged"
-        rest += f": the law then commands {c.undefined}{NO_RATES}." if c.undefined else "."
     begins = c.history.t[seen_from([*shown.values()])]
-    late = "" if c.outcome is Outcome.COMPLETED or not begins else f" begins at {begins:.2g} s, where areas can first be seen"
+    late = "" if c.outcome is Outcome.COMPLETED or not begins else f" from {begins:.2g} s on, where areas can first be seen"
     none = [name for name, values in every.items() if not values.any()]
     faint = [name for name in every if name not in (*shown, *none)]
     return (
-        f"Left: {left}{of_ball(c)}.{rest} Right{late}: what each term of L_dot has added to L since the start, or taken from "
-        "it, as areas; sampling is what holding commands between samples adds. The line is their sum."
+        f"What each term of dL/dt has added to L since the start, or taken from it, as areas{late}; the line is their sum."
         f"{f' Too small to be drawn: {units.listed(faint)}.' if faint else ''}"
         f"{f' Zero throughout: {units.listed(none)}.' if none else ''}"
     )
@@ -204,14 +204,3 @@ def visible(c: FlightCertificate) -> dict[str, Array]:
     every = parts(c)
     size = {name: np.abs(values).max() for name, values in every.items()}
     return {name: values for name, values in every.items() if size[name] > FAINT * max(size.values())}
-
-
-def checked(c: FlightCertificate) -> str:
-    """What the figure of the checks shows."""
-    first, last, most = (
-        units.quantity(float(one), "J") for one in (c.lyapunov.value[0], c.lyapunov.value[-1], c.lyapunov.value.max())
-    )
-    return (
-        f"L goes from {first} to {last}; its largest value is {most}. |r1| |delta| is the most that coupling can do to L, "
-        "K_min |r|^2 the least that damping does; what they did is in the table above."
-    )
