@@ -6,7 +6,7 @@ import pytest
 from quadstep.engines.sweep import exporting, import_names, leb, leb128, sections
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import share
-from quadstep.page import serve
+from quadstep.page import answers, serve
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, TIME, Flyer
 from quadstep.studies.campaign.page import campaign_page, rate
 from quadstep.studies.campaign.schema import read_campaign
@@ -94,8 +94,8 @@ def test_a_served_page_flies_its_campaign_in_workers_or_by_its_own_laws(
     browsers, page_file, precision, tmp_path, monkeypatch, allowed
 ):  # of which there are none in f32
     if not allowed:
-        policy = serve.SANDBOXED.replace(" 'wasm-unsafe-eval'", "")
-        monkeypatch.setitem(serve.THEIRS, "Content-Security-Policy", policy)
+        policy = answers.SANDBOXED.replace(" 'wasm-unsafe-eval'", "")
+        monkeypatch.setitem(answers.THEIRS, "Content-Security-Policy", policy)
     if allowed or precision == "f64":
         with serving(serve.server(page_file.parent, 0)) as port:
             page = browsers[False].page()

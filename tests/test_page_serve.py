@@ -26,9 +26,10 @@ from quadstep.engines.engine import Engine
 from quadstep.io.errors import UserError
 from quadstep.metrics.registry import AT_REST, REPORTED
 from quadstep.page import build
+from quadstep.page.answers import answer
 from quadstep.page.comparison import conditions, row, words
 from quadstep.page.folder import manifest, names_files, open_result, plan_again, read_log, results
-from quadstep.page.serve import answer, server
+from quadstep.page.serve import server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
 from quadstep.report.drawing import FigureJob
 from quadstep.report.markup import Fact, disclosure, heading, page_text, summary, table

@@ -15,8 +15,8 @@ import pyarrow.parquet as pq
 from quadstep.engines.eager import fly_floats
 from quadstep.io.parts import sealed
 from quadstep.mission.read import check_mission, plan_mission, read_mission
+from quadstep.page.cards import list_page
 from quadstep.page.folder import open_result, results
-from quadstep.page.serve import list_page
 from quadstep.report.publish import MANIFEST, files_to_replace, write_json, write_log
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import read_campaign

@@ -19,7 +19,8 @@ from urllib.parse import parse_qs, urlsplit
 
 from quadstep.io import files
 from quadstep.io.errors import UserError
-from quadstep.page.serve import KINDS, LISTED, THEIRS, Answer, Handler, Server, bound_server, stamp
+from quadstep.page.answers import KINDS, LISTED, THEIRS, Answer, stamp
+from quadstep.page.serve import Handler, Server, bound_server
 from quadstep.page.sharing import Access
 from quadstep.studies.class_flight import LOG_NAME, MISSION_NAME, PAGE_NAME
 from quadstep.studies.class_pages import FIELD, Asked, laws_page, live, place, student_page, teacher_page
