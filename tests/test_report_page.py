@@ -15,7 +15,8 @@ from quadstep.report.evidence import Evidence
 from quadstep.report.panel import Panel
 from quadstep.report.publish import write_json, write_log
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import prefixed
+from quadstep.report.units import prefixed, suited
+from quadstep.studies.flight_report import error_table
 from quadstep.vehicle.in_space import COLUMNS
 
 HOSTILE = "<script>alert('x')</script> & \"quotes\""
@@ -107,6 +108,21 @@ def test_a_long_line_is_thinned_but_keeps_its_last_point(tmp_path, samples):
 def test_a_unit_gets_the_prefix_that_suits(unit, largest, expected):
     name, factor = prefixed(unit, largest)
     assert (name, factor) == (expected[0], pytest.approx(expected[1]))
+
+
+@pytest.mark.parametrize("size", [3.9e-8, 7.16e-5, 9.9e-4])
+def test_an_angle_too_small_for_degrees_is_in_millionths_of_a_radian_whatever_its_size(size):
+    assert suited("rad", size) == ("µrad", 1e6)
+    assert suited("rad", 0.0011)[0] == "°"
+
+
+def test_the_largest_error_of_a_lost_flight_is_never_below_that_when_it_was_lost():
+    axis = {"rmse[m]": 1.0, "largest[m]": 94.7, "final[m]": 94.7}
+    metrics = {"position": {"x": axis, "z": axis}}
+    ending = {"z[m]": 98.4, "z_d[m]": 0.0}
+    header, rows = error_table(metrics, ending)
+    assert header == ("error", "largest", "when lost", "unit")
+    assert rows == [["x", "94.7", "–", "m"], ["z", "98.4", "98.4", "m"]]
 
 
 def test_a_csv_reads_back_exactly(tmp_path):

@@ -163,7 +163,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
         record={**about, **record(found, moves), "sentences": said},
         sections=[poles],
         more=said[len(answer) :],
-        fold=("poles", "steps"),
+        fold=("poles",),
     )
     if not found.stable:
         (out / FIGURES).mkdir()
@@ -180,7 +180,6 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
             TableSection("Margins", "margins", *worst.by_channel(found), shown=margins),
             markup.disclosure("how they are computed", "".join(map(markup.paragraph, [tables.METHOD, *said[len(answer) :]]))),
             poles,
-            TableSection("Steps of the path", "steps", tables.STEP_HEADER, tables.step_rows(moves)),
         ],
     )
 

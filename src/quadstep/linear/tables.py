@@ -21,7 +21,6 @@ from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.units import listed
 
 POLE_HEADER = ("pole [1/s]", "states", "doubles every [s]", "time constant [s]", "damping", "frequency [rad/s]", "count")
-STEP_HEADER = ("step of 1", "rests at", "overshoot [%]", "settling time to 2 % [s]")
 METHOD = (
     "One loop is opened at a time, between the controller's command and the rotors. Margins say how far that command can be "
     "scaled, shifted in phase or delayed before the sampled loop becomes unstable. S and T are the largest |1/(1 + L)|, by "
@@ -84,10 +83,6 @@ def of_poles(analysis: Analysis) -> str:
     but = f" but {gone} that are gone within a period" * (gone > 0)
     said += f"The loop has {len(period.names)} states and a common period of {1e3 * period.length:g} ms. "
     return f"{said}Shown are the slowest poles; poles.csv has all{but}, one of each pair."
-
-
-def step_rows(steps: list[StepResponse]) -> list[list[str]]:
-    return [[one.name, f"{one.rest:.3g}", f"{100.0 * one.overshoot:.1f}", number(one.settling, ".2f")] for one in steps]
 
 
 FAINTEST, LOUDEST = -60.0, 60.0

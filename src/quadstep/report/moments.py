@@ -11,7 +11,7 @@ from matplotlib.transforms import ScaledTranslation
 from quadstep.report.canvas import LETTER
 from quadstep.report.panel import EventMark
 
-ROW, STRIP, SIZE, GAP, MOST_ROWS = 14.0, 2.5, 8.5, 5.0, 3
+ROW, STRIP, SIZE, GAP, MOST_ROWS = 14.0, 2.5, 8.5, 5.0, 2
 """Height of a row of words, of a strip, size of letters and room between words [pt]; most rows, but for what lasts."""
 
 

@@ -2,6 +2,7 @@
 worst, when, and what stays.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
@@ -33,13 +34,17 @@ SAME = 1e-9
 
 
 def of_path(log: FlightLog, track: Track) -> str:
-    """How far the vehicle was from its path, at worst and later."""
+    """How far the vehicle was from its path, at worst and later; of a lost flight, since when it was far."""
     t, distance = log.column("t"), track.distance
-    worst = int(distance.argmax())
+    worst, lost = int(distance.argmax()), log.outcome is not Outcome.COMPLETED
     later = float(distance[t >= 0.5 * t[-1]].max())
-    began = "The" if log.outcome is Outcome.COMPLETED else "In the log, the"
-    said = f"{began} vehicle is farthest from its path, {quantity(float(distance[worst]), 'm')}, at {at(t, worst)}"
+    most = quantity(float(distance[worst]), "m")
+    said = f"{'In the log, the' if lost else 'The'} vehicle is farthest from its path, {most}, at {at(t, worst)}"
     said += f", and in the second half of the flight at most {quantity(later, 'm')}" if later < 0.9 * distance[worst] else ""
+    near = 10.0 ** (math.floor(math.log10(max(distance[worst], 1e-300))) - 2)  # a hundredth, or less
+    if lost and distance[-1] > near:
+        since = int(np.flatnonzero(np.append(True, distance <= near))[-1])
+        said = f"The vehicle is more than {quantity(near, 'm')} from its path from {at(t, since)} on"
     if not track.views:
         return f"{said}."
     beyond = f", which is beyond the view along {listed(track.beyond)}" if track.beyond else ""
@@ -52,12 +57,18 @@ def of_position(log: FlightLog) -> str:
     worst = [int(np.abs(errors[:, i]).argmax()) for i in range(len(axes))]
     sizes = [abs(float(errors[place, i])) for i, place in enumerate(worst)]
     i = int(np.argmax(sizes))
-    final = listed([f"{quantity(abs(float(errors[-1, k])), 'm')} along {axis}" for k, axis in enumerate(axes)])
-    said = f"The largest error along one axis is that along {axes[i]}, {quantity(sizes[i], 'm')} at {at(t, worst[i])}"
-    whole = np.linalg.norm(errors, axis=1)
-    most, when = float(whole.max()), at(t, int(whole.argmax()))
-    said += f" (all axes together: {quantity(most, 'm')} at {when})" if most > 1.005 * sizes[i] else ""
-    return f"{said}; {'at the end' if log.outcome is Outcome.COMPLETED else 'in the last row of the log'} it is {final}."
+    return f"The largest error along one axis is that along {axes[i]}, {quantity(sizes[i], 'm')} at {at(t, worst[i])}."
+
+
+def in_view(log: FlightLog, track: Track) -> tuple[FlightLog, str]:
+    """A lost flight as far as it is in the view of its path, as what follows would flatten all else; and that it is cut."""
+    low, high = track.view
+    out = int(((track.flown < low) | (track.flown > high)).any(axis=1).argmax())
+    if log.outcome is Outcome.COMPLETED or not out:
+        return log, ""
+    return log._replace(
+        rows=log.rows[: out + 1]
+    ), f"Until {at(log.column('t'), out)}, when the vehicle leaves the view above. "
 
 
 def of_attitude(log: FlightLog, panels: list[Panel]) -> str:
@@ -282,12 +293,17 @@ def jobs_to_draw(jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
     """What is drawn of a flight's figures: all, or one of the sheet's signals, where it has panels of these."""
     if not sheet.signals or not jobs:
         return [*jobs]
-    t = jobs[0].t
+    t = shared_time(jobs)
     alone = [job for job in jobs if not joins(job, t)]
     panels = sheet.chosen((job.name, panel.label, panel) for job in jobs if joins(job, t) for panel in job.panels)
     said, columns = of_others(panels, t), min(2, len(panels))
-    one = [jobs[0]._replace(name="signals", caption=said, panels=panels, columns=columns, track=None)]
+    one = [jobs[0]._replace(name="signals", caption=said, t=t, panels=panels, columns=columns, track=None)]
     return [*sheet.chosen((job.name, job.name, job) for job in alone), *one * bool(panels)]
+
+
+def shared_time(jobs: Sequence[FigureJob]) -> NDArray[np.float64]:
+    """The time of the first that has panels [s]; a path in space is drawn to the end of a lost flight, others are not."""
+    return next((job.t for job in jobs if job.panels), jobs[0].t)
 
 
 def joins(job: FigureJob, t: NDArray[np.float64]) -> bool:
@@ -297,7 +313,7 @@ def joins(job: FigureJob, t: NDArray[np.float64]) -> bool:
 
 def labels_of(jobs: Sequence[FigureJob]) -> dict[str, list[str]]:
     """What can be chosen of a flight's figures: the labels of the panels that can stand with others, by figure."""
-    return {job.name: [panel.label for panel in job.panels] if joins(job, jobs[0].t) else [] for job in jobs}
+    return {job.name: [panel.label for panel in job.panels] if joins(job, shared_time(jobs)) else [] for job in jobs}
 
 
 def panel_jobs(log: FlightLog, _name: str, efforts: Mapping[str, str] | None = None) -> list[FigureJob]:
@@ -306,6 +322,11 @@ def panel_jobs(log: FlightLog, _name: str, efforts: Mapping[str, str] | None = N
 
     The rest is called learning of the paper's plant, vehicle of a real one, and signals, all that is left, of any other.
     """
+    track = track_of(log)
+    path = [FigureJob("path", of_path(log, track), log.column("t"), [], track=track)] * (
+        len(SPACE & {*position_axes(log)}) > 1
+    )
+    log, cut = in_view(log, track) if path else (log, "")
     position, attitude, inputs = position_panels(log), attitude_panels(log), input_panels(log, efforts)
     if LEARNING in log.columns or VEHICLE in log.columns:
         rest = "learning" if LEARNING in log.columns else "vehicle"
@@ -319,6 +340,4 @@ def panel_jobs(log: FlightLog, _name: str, efforts: Mapping[str, str] | None = N
         ("inputs", inputs, partial(of_inputs, log, inputs)),
         (rest, others, partial(of_others, others, t, steady_wind(log))),
     )
-    track = track_of(log)
-    path = [FigureJob("path", of_path(log, track), t, [], track=track)] if len(SPACE & {*position_axes(log)}) > 1 else []
-    return [*path, *(FigureJob(file, said(), t, panels, 2) for file, panels, said in figures if panels)]
+    return [*path, *(FigureJob(file, cut + said(), t, panels, 2) for file, panels, said in figures if panels)]

@@ -159,7 +159,9 @@ ANGLES = ("rad", "rad/s")
 
 
 def suited(unit: str, largest: float) -> tuple[str, float]:
-    """As `handy`, but degrees for angles and their rates that are zero or can be seen."""
+    """As `handy`, but degrees for angles and their rates that are zero or can be seen, and millionths for others."""
+    if unit in ANGLES and 1e-8 < largest <= SEEN:
+        return f"µ{unit}", 1e6
     if unit not in ANGLES or 0.0 < largest <= SEEN:
         return handy(unit, largest)
     return unit.replace("rad", "°"), math.degrees(1.0)

@@ -207,7 +207,7 @@ def gain_rows(mission: "Mission") -> list[list[str]]:
 
 
 HEADER = ("error", "RMSE", "largest", "final", "unit")
-LOST = ("error", "RMSE", "largest", "in the last row", "when lost", "unit")
+LOST = ("error", "largest", "when lost", "unit")
 """Of the table of errors, and of that of a lost flight."""
 
 SMALL = 0.01
@@ -223,7 +223,8 @@ def error_table(metrics: Metrics, ending: Metrics | None = None) -> tuple[Sequen
         largest = max((one[f"largest[{base}]"] for one in group(metrics, kind).values()), default=0.0)
         for axis, one in group(metrics, kind).items():
             values = [one[f"{key}[{base}]"] for key in ("rmse", "largest", "final")]
-            values += [missed(ending, axis, base)] if ending else []
+            if ending:  # a state that is none of the log's rows
+                values = [np.fmax(values[1], at_end := missed(ending, axis, base)), at_end]
             unit, factor = units.suited(base, largest)
             if factor * largest < 1.0 and unit != "°":  # the finer unit has room for what is smaller
                 unit, factor = units.suited(base, 0.05 * largest)

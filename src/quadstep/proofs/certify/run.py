@@ -16,11 +16,11 @@ from quadstep.mission.read import plan_mission, read_mission
 from quadstep.proofs.certify.certificate import FlightCertificate, certify_plan
 from quadstep.proofs.certify.output import record, tables
 from quadstep.proofs.certify.standing import answer, facts, kind, seen, stacked, visible
-from quadstep.proofs.plain import Array, lengths
+from quadstep.proofs.plain import Array
 from quadstep.report import markup
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, TableSection
-from quadstep.report.panel import LOG, SIGNED_LOG, STACKED, UNJUDGED, Panel
+from quadstep.report.panel import LOG, STACKED, UNJUDGED, Panel
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import publishing, write_json
 from quadstep.report.sheet import Sheet
@@ -28,8 +28,8 @@ from quadstep.report.sheet import Sheet
 NAME = "certificate"
 """Of its figure, and of the file with all its numbers."""
 
-CHANGES, CHECKS = "changes", "checks"
-"""Of the figures of what changed L and of what checks these numbers, and of their sections."""
+CHANGES = "changes"
+"""Of the figure of what changed L, and of its section."""
 
 
 def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | None = None) -> Evidence:
@@ -63,30 +63,19 @@ def bounded(name: str, values: Array, bound: str, radius: float | None, later: A
 
 
 def figures_of(c: FlightCertificate, name: str) -> list[FigureJob]:
-    """|r| with b_r beside the thrust with what the coupling allows; what each term has added to L; and what checks this: L and
-    its parts, dL/dt, |W_tilde| with b_w, and the coupling term beside what should outweigh it.
+    """|r| with b_r beside the thrust with what the coupling allows; and what each term has added to L.
 
     Axes are logarithmic: a transient takes milliseconds, what it leaves is thousands of times smaller. So is time, but not of
     a lost flight, whose end is what matters.
     """
-    h = c.history
-    damping = max(c.conditions.k_min, 0.0) * np.square(c.r)
+    k, title, log_time = c.conditions, f"{name}: Theorem 5.1 on this flight", c.outcome is Outcome.COMPLETED
     first = [
         bounded("|r|", c.r, "b_r", c.b_r, c.later),
-        bounded("thrust", h.thrust, "allowed by the coupling", c.conditions.thrust_bound, c.later[:0], "N"),
+        bounded("thrust", c.history.thrust, "allowed by the coupling", k.thrust_bound, c.later[:0], "N"),
     ]
-    changes = [Panel("added to L", "J", visible(c), STACKED)]
-    checks = [
-        Panel("L", "J", {"L": c.lyapunov.value, "errors": c.lyapunov.of_errors, "integrals": c.lyapunov.of_integrals,
-                         "weights": c.lyapunov.of_weights}, LOG),
-        Panel("dL/dt", "W", {"formula": c.lyapunov.rate, "differences of L": c.lyapunov.differenced}, SIGNED_LOG),
-        bounded("|W_tilde|", c.missing, "b_w", c.b_w, c.later[:0], "-"),
-        Panel("coupling", "W", {"|r1| |delta|": lengths(h.r1) * lengths(h.delta), "K_min |r|^2": damping}, LOG),
-    ]  # fmt: skip
-    title, log_time = f"{name}: Theorem 5.1 on this flight", c.outcome is Outcome.COMPLETED
-    t = np.append(h.t, h.t[-1] + h.period * np.arange(1, len(c.later) + 1))
-    figures = ((NAME, first), (CHANGES, changes), (CHECKS, checks))
-    return [FigureJob(file, title, t, panels, min(len(panels), 2), log_time) for file, panels in figures]
+    t = np.append(c.history.t, c.history.t[-1] + c.history.period * np.arange(1, len(c.later) + 1))
+    figures = ((NAME, first), (CHANGES, [Panel("added to L", "J", visible(c), STACKED)]))
+    return [FigureJob(file, title, t, panels, len(panels), log_time) for file, panels in figures]
 
 
 def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, object]) -> Evidence:
@@ -108,11 +97,10 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
             TableSection("Ball", "ball", ("", "measured", "bound", ""), found.ball, BALL, shown="The ball", most=4),
             TableSection("What changed L", CHANGES, ("", "added to L"), found.changes, CHANGED),
             Figure(CHANGES, stacked(c) + logarithmic),
-            TableSection("Checks", CHECKS, ("", "share", "should be", ""), found.ways, CHECKED),
-            Figure(CHECKS, SEEN_IN_CHECKS),
+            TableSection("Checks", "checks", ("", "share", "should be", ""), found.ways, CHECKED),
         ],
         cases=(Case("completed", lost),),
-        fold=("ball", CHANGES, CHECKS),
+        fold=("ball", CHANGES, "checks"),
     )
 
 
@@ -137,8 +125,3 @@ CHECKED = (
     "differ only by rounding; the third differs by what sampling adds. All numbers are in certificate.json."
 )
 """What the rows of the tables are about."""
-
-SEEN_IN_CHECKS = (
-    "|r1| |delta| is the most that coupling can do to L, K_min |r|^2 the least that damping does; what they did is said "
-    "under What changed L. Axes are logarithmic, those of rates on both sides of zero."
-)
