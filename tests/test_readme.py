@@ -7,6 +7,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+import numpy as np
+
 import quadstep
 from quadstep.control.registry import BUILT_IN, controllers
 from quadstep.interfaces.closed_loop import Outcome
@@ -39,6 +41,12 @@ def test_its_mission_flies_as_it_says():
     text = " ".join(README.split())
     assert f"completed {ended:.1f} s with a position RMSE of {rmse:.1f} mm" in text
     assert f"its loop is {found.word}, with a phase margin of {phase.replace('°', ' degrees')}" in text
+    distance = np.linalg.norm(flight.table("x_d", "y_d", "z_d") - flight.table("x", "y", "z"), axis=1)
+    assert flight.column("t")[distance.argmax()] == 1.0
+    assert f"The error is largest, {1e3 * distance.max():.0f} mm, one second after the start" in text
+    assert f"From 6 s on it is about {1e3 * distance[flight.column('t') >= 6.0].mean():.0f} mm" in text
+    still = quadstep.fly(mission.with_({"wind.mean": [0.0, 0.0, 0.0], "vehicle.effects.drag": False}))
+    assert f"the RMSE is {1e3 * still.metrics()['position_rmse[m]']:.2f} mm" in text
 
 
 def test_its_python_runs(tmp_path):
