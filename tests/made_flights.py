@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from quadstep import Mission, fly_all
+from quadstep.identify.flown_setpoints import thrust_ratios
 from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.parameters import GROWS
 from quadstep.mission.airframe import AirframeSection
@@ -227,3 +228,8 @@ def table(flight: FlightRecord) -> tuple[list[str], list[list[str]]]:
 def write(path: Any, header: list[str], rows: list[list[str]]) -> None:
     """A CSV."""
     path.write_text("\n".join(",".join(row) for row in [header, *rows]) + "\n")
+
+
+def hover_ratio(flight: FlightRecord, vehicle: AirframeSection) -> float:
+    """Median ratio of the modelled thrust to that needed."""
+    return float(np.median(thrust_ratios(flight, vehicle)))

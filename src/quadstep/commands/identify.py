@@ -63,7 +63,7 @@ def identify(
     ] = False,
     report: Annotated[
         bool,
-        typer.Option("--report/--no-report", help="Write an HTML page next to the vehicle file: fits, residuals, spectra."),
+        typer.Option("--report/--no-report", help="Write an HTML page next to the vehicle file."),
     ] = True,
     overwrite: ReplaceOption = False,
 ) -> None:
@@ -93,7 +93,7 @@ def identify(
     result = run(flights, section, source, hold_out, lambda what: complain(f"fitting: {what}"), residual, still_air)
     write_beside(out, as_toml(result.vehicle))
     found = followers(result, flights, section)
-    told = evidence(result, flights, section, source, found)
+    told = evidence(result, flights, section, found)
     if report:
         from quadstep.identify.pages import write_identification
 

@@ -209,12 +209,6 @@ def unlike(comparisons: Sequence[FlightComparison], *names: str) -> list[str]:
     return clauses
 
 
-def hover_ratio(flight: FlightRecord, vehicle: AirframeSection) -> float:
-    """Median thrust ratio of a flight; NaN for too little flight."""
-    found = thrust_ratios(flight, vehicle)
-    return float(np.median(found)) if len(found) else float("nan")
-
-
 def span_of_thrust(flights: Sequence[FlightRecord], vehicle: AirframeSection) -> tuple[float, float] | None:
     """Least and most of the median thrust ratios of the thirds of flights; None for too little flight. Predictions hardly show
     them, since they learn from the log what force is missing; a simulated flight has the whole error.

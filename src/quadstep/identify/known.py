@@ -1,9 +1,8 @@
 """How well the numbers of a vehicle are known from its flights, beside those that it began with."""
 
 import math
-from collections.abc import Sequence
 
-from quadstep.identify.fit import Fitted, Identified
+from quadstep.identify.fit import Identified
 from quadstep.identify.parameters import GROWS
 from quadstep.identify.vehicle_file import fraction
 from quadstep.mission.airframe import AirframeSection
@@ -12,31 +11,10 @@ from quadstep.mission.listings import numbers
 from quadstep.report.evidence import TableSection
 from quadstep.report.units import handy, interval_texts, number, prose
 
-WELL, ROUGHLY, BARELY, SIGN, UNKNOWN = "well", "roughly", "barely", "sign\u00a0unknown", "not\u00a0at\u00a0all"
-FROM_WORST = (UNKNOWN, SIGN, BARELY, ROUGHLY, WELL)
-"""How well a number is known, by its 95 % interval."""
-
-READING = (
-    "Well known: the interval is within 10 % of the value; roughly: within 50 %; barely: wider; sign unknown: it "
-    "contains both signs. “Outside”: the interval does not contain the value of the starting vehicle."
-)
-
 
 def in_words(key: str) -> str:
     """A parameter as a sentence has it: inertia[0] is the inertia about x."""
     return words(key.replace("[", ".").removesuffix("]"))
-
-
-def grade(one: Fitted | None, beside: float = 0.0) -> str:
-    """One of `FROM_WORST`. beside: what the interval is to be seen beside, if not the value itself."""
-    if one is None:
-        return UNKNOWN
-    share = max(one.high - one.value, one.value - one.low) / max(abs(beside or one.value), 1e-300)
-    return SIGN if one.either_sign else WELL if share < 0.1 + 1e-9 else ROUGHLY if share < 0.5 + 1e-9 else BARELY
-
-
-def be(several: Sequence[object]) -> str:
-    return "is" if len(several) == 1 else "are"
 
 
 def number_of(vehicle: AirframeSection, key: str, usual: float) -> float:
@@ -58,7 +36,7 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
         theirs = number(factor * before) + ", outside" * bool(before < one.low or before > one.high)
         over = GROWS.get(key, "")
         name, span = in_words(key) + f" [{unit}]" * bool(unit), fraction(one) if over else f"{low} to {high}"
-        rows[bool(over)].append((name, value, span, theirs, grade(one), over))
+        rows[bool(over)].append((name, value, span, theirs, over))
     mass, thrust, about_z, before_z = map(number, (given.mass, given.rotor.thrust_coefficient, upright, given.inertia[2]))
     whole = "These intervals hold whatever the vehicle's mass; they assume its rotors to be where the given vehicle has them."
     scale = (
@@ -67,10 +45,17 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
         "the inertias about x and y. If one of the three is wrong, so are the values, in proportion (for J_z only nearly, "
         "and the interval of the torque coefficient holds only if J_z is right). The fit's own error adds to that."
     )
-    header = ("parameter", "value", "95 % interval", "given", "known", "proportional to")
+    header = ("parameter", "value", "95 % interval", "given", "proportional to")
     ratio = "Known only up to the mass m, thrust coefficient k_f and yaw inertia J_z"
     found = (
-        TableSection("", "", header, rows[0], f"{whole} {READING}", shown="Estimated from the flights alone"),
-        TableSection("", "", (*header[:2], "fit alone, 95 %", *header[3:]), rows[1], scale, shown=ratio, columns=(0, 1, 2, 4)),
+        TableSection(
+            "",
+            "",
+            header,
+            rows[0],
+            f"{whole} “Outside”: the interval does not contain the given value.",
+            shown="Estimated from the flights alone",
+        ),
+        TableSection("", "", (*header[:2], "fit alone, 95 %", *header[3:]), rows[1], scale, shown=ratio, columns=(0, 1, 2)),
     )
     return [one for one in found if one.rows]

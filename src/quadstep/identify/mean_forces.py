@@ -49,7 +49,7 @@ class Variant(NamedTuple):
     drifting: thrust changes with time, as where a battery sags and no voltage was logged. parasitic: drag also grows with the
     square of the airspeed. axial: whether axial drag is fitted. answering: what commands do not explain of the lift moves
     them, so that the exponent is that of the reverse regression (Frisch 1934). other: wind where tilt would be taken, or tilt.
-    given: keys not fitted.
+    given: keys of exponents not fitted.
     """
 
     drifting: bool = False
@@ -87,7 +87,7 @@ class ForceNumbers(NamedTuple):
     def moved(self, step: dict[str, float], levels: Floats, pressing: Floats) -> "ForceNumbers":
         a, b = self.exponent + step.get("exponent", 0.0), self.voltage_exponent + step.get("voltage_exponent", 0.0)
         return ForceNumbers(
-            self.levels + levels, min(max(a, EXPONENTS[0]), EXPONENTS[1]), min(max(b, 0.0), 3.0),
+            self.levels + levels.clip(-1.0, 1.0), min(max(a, EXPONENTS[0]), EXPONENTS[1]), min(max(b, 0.0), 3.0),
             self.tilt + np.array([step.get("x", 0.0), step.get("y", 0.0)]),
             self.drag + np.array([step["flat"], step.get("axial", 0.0)]), self.pressing + pressing,
         )  # fmt: skip

@@ -1,38 +1,50 @@
 """The pages of `replay` and `identify` with their figures, apart from the words because only they load Matplotlib."""
 
+import math
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from matplotlib.axes import Axes
+from matplotlib import rcParams
 
 from quadstep.identify.filtered_logs import Deviation, Estimated
+from quadstep.identify.fit import Identified
 from quadstep.identify.flown_setpoints import FlightComparison
-from quadstep.identify.logs.flight import FlightRecord, Floats, spectrum
+from quadstep.identify.logs.flight import FlightRecord, Floats
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, ready
 from quadstep.identify.replay_report import ESTIMATED, FACTOR, PREDICTED, identity, suited_unit, write_tables
 from quadstep.identify.residual import Followed, followed
 from quadstep.identify.run import Identification
 from quadstep.identify.starts import GROUPS, HORIZONS
+from quadstep.identify.uses import ENOUGH, NAMES, in_short, reach, within
 from quadstep.io.files import write_beside
 from quadstep.io.run_record import FIGURES
 from quadstep.report import markup
-from quadstep.report.axes import Powers, logarithmic, plain_decades
+from quadstep.report.axes import logarithmic, plain_decades
 from quadstep.report.canvas import LINES, figure_at
+from quadstep.report.colours import CURVES
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure
 from quadstep.report.panel import SETPOINT, Panel
 from quadstep.report.publish import publishing
-from quadstep.report.sheet import COLUMN, Sheet
-from quadstep.report.units import counted, quantity
+from quadstep.report.sheet import PHONE, Sheet
+from quadstep.report.told import ToldPlace, tell
+from quadstep.report.units import number, quantity
 
 ERRORS = f"{FIGURES}/errors"
 AGAINST_GUESSES = (
     "Mean prediction error against the time ahead, and that of two baselines without a model: velocity and rates stay "
     "constant, or the rates are zero. The model helps where its line is below both."
 )
+
+INTERVALS, REACH = f"{FIGURES}/intervals", 60.0
+OF_INTERVALS = (
+    "The shorter the bar, the better the flights determine the parameter, with mass, thrust coefficient and yaw inertia as "
+    "given. Rise time and delay: over their sum. Orange: not known to within 50 %."
+)
+"""Of every parameter, up to so many per cent of its value."""
 
 AHEAD = 10
 """Samples ahead of which the figures of an identification's flights speak."""
@@ -172,17 +184,43 @@ def write_identification(
     with TemporaryDirectory() as folder:
         out = Path(folder)
         (out / FIGURES).mkdir()
-        pictures = [figure_of(out, prediction_picture(one, i, run.kind, "commands alone"), SVG) for i, one in enumerate(shown)]
-        top = pictures[:1]
-        if run.commands:
-            draw_errors(out / ERRORS, run.commands, period, SVG)
-            top = [Figure(ERRORS, f"{AGAINST_GUESSES} Held-out flights, from {run.commands.knows}.")]
+        draw_intervals(out / INTERVALS, run.found)
         beside = {
-            "left": [*pictures[not run.commands :], *(spectra(out, one, i) for i, one in enumerate(shown))],
+            "left": [
+                figure_of(out, prediction_picture(one, i, run.kind, "commands alone"), SVG) for i, one in enumerate(shown)
+            ],
             "simulated": [figure_of(out, flight_picture(one, place), SVG) for place, one in enumerate(flown)],
         }
-        text = with_figures(evidence._replace(figures=top), beside).html(out)
+        if run.commands:
+            draw_errors(out / ERRORS, run.commands, period, SVG)
+            beside["held-out"] = [Figure(ERRORS, AGAINST_GUESSES)]
+        text = with_figures(evidence._replace(figures=[Figure(INTERVALS, OF_INTERVALS)]), beside).html(out)
     write_beside(path, text)
+
+
+def draw_intervals(path: Path, fit: Identified) -> None:
+    """That of every parameter, beside one another; a triangle where it goes on."""
+    high = 0.19 * len(NAMES)
+    with figure_at(path, SVG, (PHONE, high + 0.62), 0.47, 0.5 / (high + 0.62), 0.97, 1.0 - 0.12 / (high + 0.62)) as figure:
+        axes = figure.add_subplot()
+        for place, key in enumerate(NAMES):
+            low, top = (100.0 * one for one in reach(fit, key))
+            if low == math.inf:
+                looks = {"color": "0.45", "fontsize": rcParams["legend.fontsize"]}
+                box = {"pad": 1.0, "color": "white"}
+                axes.text(0.0, place, within(fit, key), looks, ha="center", va="center", bbox=box)
+                continue
+            ends, colour = np.clip([-low, top], -REACH, REACH), CURVES[int(max(low, top) > 100.0 * ENOUGH)]
+            axes.plot(ends, [place, place], color=colour, linewidth=3.0, solid_capstyle="butt")
+            for end, shape in zip(ends, "<>", strict=True):
+                if abs(end) == REACH:
+                    axes.plot(end, place, marker=shape, color=colour, markersize=6.0, clip_on=False)
+            said = [("95 % interval", f"{number(-low, 2)} to {number(top, 2)} %")]
+            tell(axes, ToldPlace(float(ends[0]), float(ends[1]), place - 0.4, place + 0.4, in_short(key), said))
+        axes.set_yticks(range(len(NAMES)), list(map(in_short, NAMES)))
+        axes.tick_params("y", length=0.0)
+        axes.grid(visible=False, axis="y")
+        axes.set(xlim=(-REACH, REACH), ylim=(len(NAMES) - 0.4, -0.6), xlabel="95 % interval [% of the value]")
 
 
 def with_figures(evidence: Evidence, beside: Mapping[str, Sequence[Figure]]) -> Evidence:
@@ -215,27 +253,3 @@ def prediction_picture(one: Followed, place: int, kind: str, knows: str) -> Figu
         "model does not explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag or delay."
     )
     return FigureJob(f"{FIGURES}/predicted{place}", caption, time[kept], panels, 2)
-
-
-def spectra(out: Path, one: Followed, place: int) -> Figure:
-    """Amplitude spectral densities of the measured rates and of the residuals. place: of the flight among the others."""
-    name = f"{FIGURES}/spectra{place}"
-    with figure_at(out / name, SVG, (COLUMN, 3.2), 0.08, 0.155, 0.99, 0.8, 0.3) as figure:
-        first: Axes | None = None
-        for axis, turn in enumerate(AXES):
-            panel = figure.add_subplot(1, 3, axis + 1, sharey=first)
-            frequencies, signal = spectrum(np.degrees(one.measured[HORIZONS[0]].rates), one.period)
-            panel.loglog(frequencies, signal[:, axis], label="measured", **LINES[0])
-            for style, horizon in zip(LINES[1:], HORIZONS[:2], strict=False):
-                rest = np.degrees(one.predicted[horizon].rates - one.measured[horizon].rates)
-                panel.loglog(*(values[:, axis] if values.ndim > 1 else values for values in spectrum(rest, one.period)),
-                             label=f"residual, {counted(horizon, 'sample')} ahead", **style)  # fmt: skip
-            plain_decades(panel.xaxis)
-            panel.yaxis.set_major_formatter(Powers())
-            panel.set_xlabel("frequency [Hz]")
-            if first is None:
-                first = panel
-                panel.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1)
-            panel.set_ylabel(f"{turn} rate [°/s per √Hz]")
-    caption = "spectra of the rates and of the residuals; the model explains the motion where its residual is lower."
-    return Figure(name, f"{one.name}: {caption}", set_as=escape)

@@ -25,8 +25,7 @@ LONGEST = 20.0
 
 class Followed(NamedTuple):
     """Rows of a flight, one after the other. time (n,) [s]: of the flight. measured, predicted: states a horizon after each
-    row, by horizon. torque, force (n, 3): angular acceleration [rad/s^2] and acceleration [m/s^2] that the laws do not
-    explain, body axes; turning (n, 3): the angular acceleration that was measured.
+    row, by horizon.
     """
 
     name: str
@@ -34,9 +33,6 @@ class Followed(NamedTuple):
     time: Floats
     measured: dict[int, States]
     predicted: dict[int, States]
-    torque: Floats
-    force: Floats
-    turning: Floats
 
 
 def followed(flight: FlightRecord, vehicle: AirframeSection, p: PredictorParameters, guided: bool = False) -> Followed | None:
@@ -46,18 +42,13 @@ def followed(flight: FlightRecord, vehicle: AirframeSection, p: PredictorParamet
     chosen = max(pieces, key=len)[: round(LONGEST / flight.period)]
     if len(chosen) * flight.period < 3.0:
         return None
-    starts, states, rest = predictions([flight], vehicle, p, [chosen], guided=guided)
-    rates = flight.channel("rates")
-    turning = (rates[chosen + 1] - rates[chosen - 1]) / (2.0 * flight.period)
+    starts, states, _ = predictions([flight], vehicle, p, [chosen], guided=guided)
     return Followed(
         flight.name,
         flight.period,
         flight.time[chosen] - flight.time[0],
         {horizon: logged([flight], starts, horizon) for horizon in HORIZONS},
         dict(zip(HORIZONS, states, strict=True)),
-        rest[:, :3] + rest[:, 3:6],
-        rest[:, 6:],
-        turning,
     )
 
 

@@ -7,12 +7,19 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.fit import Identified, Say, identify
-from quadstep.identify.flown_setpoints import FlightComparison, flown_again, hover_ratio, of_wrong_thrust, span_of_thrust
+from quadstep.identify.flown_setpoints import (
+    FAR,
+    FlightComparison,
+    flown_again,
+    of_wrong_thrust,
+    span_of_thrust,
+    unlike,
+)
 from quadstep.identify.known import fitted, in_words
-from quadstep.identify.logs.flight import FlightRecord, Floats
+from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.logs.judge import barely_turned
 from quadstep.identify.replay import ErrorTable, compare, ready
-from quadstep.identify.replay_report import METHOD, better_than_none, called, error_table, tracking_table
+from quadstep.identify.replay_report import METHOD, called, error_table, tracking_table
 from quadstep.identify.residual import Followed, followed, trained
 from quadstep.identify.uses import cards, tuning, uses
 from quadstep.identify.vehicle_file import identified_vehicle, in_proportion, with_marks
@@ -20,7 +27,7 @@ from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.airframe_tables import ResidualSection
 from quadstep.report import markup
-from quadstep.report.evidence import Evidence, TableSection
+from quadstep.report.evidence import Evidence, Section, TableSection
 from quadstep.report.units import counted, listed
 from quadstep.vehicle.airframe_plant import Residual
 
@@ -76,18 +83,8 @@ class Identification(NamedTuple):
 
 
 def answer(run: Identification) -> str:
-    """The result: whether to tune on it, and how it predicts unseen flights."""
-    said = [tuning(run.found, run.commands, run.flown, run.thrust, run.idle)]
-    if run.commands is not None:
-        unseen = counted(len(run.commands.names), "held-out flight") + " with the same setpoints" * run.alike
-        said.append(f"On {unseen}, from {run.commands.knows}, the model predicts {better_than_none(run.commands)}.")
-    return " ".join(said)
-
-
-def details(run: Identification) -> list[str]:
-    """What is not to be trusted."""
-    second = "The vehicle file is from a second fit, to all flights, which leaves none to test it."
-    return [*[second] * bool(run.commands), *of_wrong_thrust(run.thrust)]
+    """The result: whether to tune on it, what to fly if not, and a thrust that is wrong."""
+    return " ".join([tuning(run.found, run.commands, run.thrust, run.idle), *of_wrong_thrust(run.thrust)])
 
 
 def untested(unseen: Sequence[FlightRecord]) -> list[str]:
@@ -193,42 +190,55 @@ def followers(run: Identification, flights: Sequence[FlightRecord], start: Airfr
 
 
 def evidence(
-    run: Identification, flights: Sequence[FlightRecord], start: AirframeSection, mass: str, found: Sequence[Followed] = ()
+    run: Identification, flights: Sequence[FlightRecord], start: AirframeSection, found: Sequence[Followed] = ()
 ) -> Evidence:
-    """What was found. start: the vehicle that it began with; mass: where its mass is from; found: `followers`."""
+    """What was found. start: the vehicle that it began with; found: `followers`."""
     period = flights[0].period
     reasons: dict[str, list[str]] = {}
     for key, reason in run.found.kept.items():
         reasons.setdefault(reason, []).append(in_words(key))
     kept = [f"Kept from the starting vehicle: {listed(keys)} ({reason})." for reason, keys in reasons.items()]
-    doubts = filter(None, [worse_than_none(found)])
-    said = [answer(run), *details(run), *doubts, *kept, f"Mass: {start.mass:g} kg ({mass}).", *of_residual(run)]
     several = {"": (run.commands, run.guided), ", with the learned residual": (run.commands_residual, run.guided_residual)}
     tables = [
         error_table(f"Held-out flights predicted from {one.knows}{more}", one, period)
         for more, both in several.items()
         for one in filter(None, both)
     ]
-    method = f"Held out: {', '.join(run.held_out)}. {METHOD}"
+    names = ", ".join(flight.name for flight in flights)
+    held = f"Held out: {', '.join(run.held_out)}{', all with the same setpoints' * run.alike}. The vehicle file is from a "
+    held += f"second fit, to all flights ({names}), which leaves none to test it."
+    more = [*kept, *of_residual(run)]
+    sections: list[Section] = [uses(run.found, run.idle), markup.heading("Identified parameters", "found")]
+    sections += [markup.paragraph(" ".join(more), escape)] * bool(more)
+    sections += fitted(run.found, start, run.vehicle.inertia[2])
+    if tables:
+        sections.append(TableSection("Prediction of held-out flights", "held-out", text=f"{held} {METHOD}", set_as=escape))
+        sections += [tables[0], *(one._replace(shown="") for one in tables[1:])]
+    if found:
+        sections.append(TableSection("A flight and its predictions", "left"))
+    if run.flown:
+        sections.append(tracking_table(run.flown, "pid")._replace(text=of_simulation(run.flown), shown=""))
+    said = answer(run)
     return Evidence(
         name=f"{called(start)}, identified from {counted(len(flights), 'flight')}",
         kind="Identification",
-        answer=said[0],
-        sentences=said,
+        answer=said,
+        sentences=[said, *more],
         record={},
         facts=cards(run.found, run.commands, period),
-        sections=[
-            uses(run.found),
-            markup.heading("Identified parameters", "found"),
-            *fitted(run.found, start, run.vehicle.inertia[2]),
-            *[TableSection("Prediction of held-out flights", "held-out", text=method, set_as=escape)] * bool(tables),
-            *tables,
-            *([unexplained(found, run.shown(flights), run.judged(start), run.kind)] if found else []),
-            *([tracking_table(run.flown, "pid")] if run.flown else []),
-            markup.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
-        ],
-        more=said[1:],
+        sections=sections,
+        fold=("found", "held-out", "left", "simulated"),
     )
+
+
+def of_simulation(flown: Sequence[FlightComparison]) -> str:
+    """What flights of the same setpoints under a PID show."""
+    lost = sum(bool(one.lost) for one in flown)
+    apart = [*[f"are lost ({lost} of {len(flown)})"] * bool(lost), *unlike(flown, *FAR)]
+    said = "Logged setpoints simulated with a PID, starting from the measured state."
+    if apart:
+        said += f" Simulated flights {listed(apart)}: the real controller is not this PID, or the model is wrong."
+    return said
 
 
 def of_residual(run: Identification) -> list[str]:
@@ -239,38 +249,3 @@ def of_residual(run: Identification) -> list[str]:
     if run.residual is not None:
         return [f"With the residual errors are {much} times as large; the vehicle has it, switched off (effects.residual)."]
     return [f"With the residual errors are {much} times as large on flights held out, so it is left out of the vehicle."]
-
-
-def rms(values: Floats) -> Floats:
-    """By column."""
-    return np.asarray(np.sqrt((values**2).mean(axis=0)))
-
-
-def worse_than_none(found: Sequence[Followed]) -> str:
-    """A sentence on the axes about which more angular acceleration stays unexplained than was measured, if any."""
-    flights = np.array([rms(one.torque) > rms(one.turning) for one in found]).reshape(-1, 3).sum(axis=0)
-    whole = counted(len(found), "flight")
-    axes = [f"about {axis} in {many} of {whole}" for axis, many in zip("xyz", flights, strict=True) if many]
-    return f"The unexplained angular acceleration is larger than the measured one (RMS) {listed(axes)}." if axes else ""
-
-
-def unexplained(
-    found: Sequence[Followed], flights: Sequence[FlightRecord], vehicle: AirframeSection, kind: str
-) -> TableSection:
-    """A row for each flight: unexplained angular acceleration and force beside the measured ones, and the thrust."""
-    thrust = {flight.name: hover_ratio(flight, vehicle) for flight in flights}
-    rows = []
-    for one in found:
-        numbers = [rms(values) for values in (one.turning, one.torque, one.force)]
-        measured, torque, force = (" / ".join(f"{value:.2g}" for value in values) for values in numbers)
-        mean = " / ".join(f"{value:+.2g}" for value in one.force.mean(axis=0)).replace("-", "−")
-        rows.append((one.name, measured, torque, force, mean, f"{thrust[one.name]:.3f}"))
-    header = (
-        "flight, x / y / z", "angular acceleration [rad/s²]", "unexplained part", "unexplained acceleration [m/s²]",
-        "its mean", "thrust / needed",
-    )  # fmt: skip
-    text = (
-        "The model follows each flight, corrected by its measurements; what the corrections add to its own torque and "
-        f"thrust is unexplained. RMS and mean values over the flights that were {kind}."
-    )
-    return TableSection("What the model cannot explain", "left", header, rows, text, escape)

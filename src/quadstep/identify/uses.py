@@ -1,26 +1,32 @@
 """What an identified vehicle can be trusted for, and which flights would tell the rest."""
 
+import math
 from collections.abc import Sequence
 
 from quadstep.identify.fit import Identified
-from quadstep.identify.flown_setpoints import FAR, FlightComparison, is_wrong, unlike
-from quadstep.identify.known import BARELY, FROM_WORST, ROUGHLY, UNKNOWN, WELL, be, grade, in_words
+from quadstep.identify.flown_setpoints import is_wrong
+from quadstep.identify.known import in_words
 from quadstep.identify.replay import ErrorTable
 from quadstep.identify.replay_report import facts, to_better_guess
 from quadstep.report.evidence import TableSection
 from quadstep.report.markup import Fact
-from quadstep.report.units import listed
+from quadstep.report.units import interval_texts, listed, number
 
-TUNED, LATE = "roll and pitch", ("rotor.rise_time", "command.delay")
-"""The use of which tuning is; what makes its loop late together, so that an error of one is to be seen beside both."""
+ENOUGH = 0.5
+"""Share of itself within which a number must be known for a use that rests on it."""
+
+SPEED, LATE = "command.speed", ("rotor.rise_time", "command.delay")
+"""What thrust grows with; what makes a loop late together, so that an error of one is to be seen beside both."""
+
+TUNED = {"roll": "inertia[0]", "pitch": "inertia[1]"}
+"""The loops that are tuned on a model, and the inertia of each."""
+
+QUICK = "quick reversals of {}, with a motor command logged every 10 ms or faster"
 
 USES = {
-    "thrust in hover and climbs": (("command.speed", "command.exponent"), "climbs and descents that vary the thrust"),
-    TUNED: (
-        ("inertia[0]", "inertia[1]", *LATE),
-        "quick reversals of roll and pitch, with a motor command logged every 10 ms or faster",
-    ),
+    **{axis: ((axis, *LATE), QUICK.format(axis)) for axis in TUNED},
     "yaw": (("rotor.torque_coefficient", "rotor.inertia"), "quick changes of heading"),
+    "thrust in hover and climbs": ((SPEED, "command.exponent"), "climbs and descents that vary the thrust"),
     "speed and wind": (("drag.rotor[0]", "drag.flapping"), "fast level flight in several directions"),
     "fast climbs and descents": (("drag.rotor[2]",), "fast climbs and descents"),
     "drift without feedback": (
@@ -29,60 +35,99 @@ USES = {
     ),
     "a battery that empties": (("command.voltage_exponent",), "most of a charge, with the voltage logged"),
 }
-"""What a model may be used for: the keys of the parameters on which it rests, and a log that tells them."""
+"""What a model may be used for: the keys of the parameters on which it rests, an axis for the gain of its loop, and a log that
+tells them.
+"""
+
+NAMES = tuple(dict.fromkeys(key for keys, _ in USES.values() for key in keys))
 
 
-def uses(fit: Identified) -> TableSection:
-    """A row for each use, which is as good as the parameter of it that is known least."""
+def lateness(fit: Identified) -> tuple[float, float, float] | None:
+    """Rotor lag and delay together, with the ends of their intervals [s]; None unless the flights determine both."""
+    both = [fit.fitted[key] for key in LATE if key in fit.fitted]
+    return (sum(o.value for o in both), sum(o.low for o in both), sum(o.high for o in both)) if len(both) > 1 else None
+
+
+def reach(fit: Identified, key: str) -> tuple[float, float]:
+    """How far an interval goes below and above the value, as shares of it, or of the whole lateness; infinite for what is not
+    determined, or has either sign. That of a gain is by the ends of both: of the full command's thrust, which grows with the
+    square of its speed, over the inertia. What no flight reveals cancels.
+    """
+    one = fit.fitted.get(TUNED.get(key, key))
+    if one is None or one.either_sign or (key in TUNED and SPEED not in fit.fitted):
+        return math.inf, math.inf
+    if key in TUNED:
+        speed = fit.fitted[SPEED]
+        low, high = ((end / speed.value) ** 2 for end in (speed.low, speed.high))
+        return float(1.0 - low * one.value / one.high), float(high * one.value / one.low - 1.0)
+    late = lateness(fit)
+    whole = late[0] if late and key in LATE else abs(one.value)
+    return float((one.value - one.low) / whole), float((one.high - one.value) / whole)
+
+
+def within(fit: Identified, key: str) -> str:
+    """Within which share of itself it is known."""
+    size = max(reach(fit, key))
+    return f"{number(100.0 * size, 2)} %" if size < math.inf else "sign unknown" if key in fit.fitted else "not determined"
+
+
+def in_short(key: str) -> str:
+    return f"gain of {key}" if key in TUNED else in_words(key)
+
+
+def uses(fit: Identified, idle: Sequence[str] = ()) -> TableSection:
+    """A row for each use, which is as good as the parameter of it that is known least. idle: as in `tuning`."""
     rows = []
     for name, (keys, log) in USES.items():
-        known = {key: grade(fit.fitted.get(key)) for key in keys}
-        worst = min(known.values(), key=FROM_WORST.index)
-        weak = listed([in_words(key) for key, how in known.items() if how == worst])
-        rows.append((name, worst, weak * (worst != WELL), log * (worst not in (ROUGHLY, WELL))))
-    text = (
-        "Each use rests on several parameters, and the model is as good for it as the least known of them. Another log, of "
-        "the manoeuvres in the last column, would tell more."
-    )
-    header = ("the model's", "is known", "least known", "what to fly")
+        sizes = {key: max(reach(fit, key)) for key in keys}
+        worst = [key for key, size in sizes.items() if size == max(sizes.values())]
+        rows.append(
+            (name, within(fit, worst[0]), listed(list(map(in_short, worst))), log * (sizes[worst[0]] > ENOUGH or name in idle))
+        )
+    header = ("use", "known to within", "least known", "what to fly next")
     return TableSection(
-        "What the model can be trusted for", "uses", header, rows, text, shown="What the model is good for", columns=(0, 1, 2)
+        "What the model can be trusted for", "uses", header, rows, shown="What the model is good for", columns=(0, 1, 2)
     )
 
 
 def cards(fit: Identified, compared: ErrorTable | None, period: float) -> list[Fact]:
-    """How far it is off on held-out flights; without any, for how much its parameters are known."""
-    if compared:
-        return facts(compared, period)
-    good = [str(name) for name, how, *_ in uses(fit).rows if how in (ROUGHLY, WELL)]
-    return [Fact("uses known to within 50 %", f"{len(good)} of {len(USES)}", listed(good)), Fact("held-out flights", "none")]
+    """What a tuner needs of roll and pitch, and how well the rates of held-out flights are predicted."""
+    shown = []
+    for axis in TUNED:
+        size = within(fit, axis)
+        shown.append(Fact(in_short(axis), f"within {size}" if "%" in size else size, "full thrust over inertia, 95 %"))
+    if late := lateness(fit):
+        value, low, high, unit = interval_texts(*late, "s", 0.05)
+        shown.append(Fact("rotor lag and delay", value + unit, f"95 % interval: {low} to {high}{unit}"))
+    if not compared:
+        return [*shown, Fact("held-out flights", "none")]
+    rates = facts(compared, period)[-1]
+    return [*shown, rates._replace(what=f"held-out {rates.what}")]
 
 
 def tuning(
-    fit: Identified, compared: ErrorTable | None, flown: Sequence[FlightComparison],
-    thrust: tuple[float, float] | None, idle: Sequence[str] = (),
+    fit: Identified, compared: ErrorTable | None, thrust: tuple[float, float] | None, idle: Sequence[str] = ()
 ) -> str:  # fmt: skip
-    """Whether to tune a controller for roll and pitch on it. compared: predictions of held-out flights from commands; idle:
-    which of the two no held-out flight turns about.
+    """Whether to tune roll and pitch on it, and what to fly if not. compared: predictions of held-out flights from commands;
+    idle: which of the two no held-out flight turns about.
     """
-    fitted = fit.fitted
-    late = sum(fitted[key].value for key in LATE) if set(LATE) <= fitted.keys() else 0.0
-    known = {key: grade(fitted.get(key), late * (key in LATE)) for key in ("command.speed", *USES[TUNED][0])}
-    weak = [in_words(key) for key, how in known.items() if how in (UNKNOWN, BARELY)]
-    lost = sum(bool(one.lost) for one in flown)
-    against = [f"{listed(weak)} {be(weak)} not known to within 50 %"] * bool(weak)
+    weak = {axis: [key for key in USES[axis][0] if max(reach(fit, key)) > ENOUGH] for axis in TUNED}
     worse = [one for one in ("attitude", "rates") if compared and to_better_guess(compared, one).value >= 1.0]
-    against += [f"on held-out flights it predicts {listed(worse)} no better than a baseline without a model"] * bool(worse)
+    against = [f"on held-out flights it predicts {listed(worse)} no better than a baseline without a model"] * bool(worse)
     against += ["its thrust is wrong by more than 5 %"] * is_wrong(thrust)
-    against += ["no flight was held out, so nothing shows how well it predicts others"] * (compared is None)
-    apart = [*[f"are lost ({lost} of {len(flown)})"] * bool(lost), *unlike(flown, *FAR)]
-    under = f"imulated flights under a PID {listed(apart)}: the real controller is not this PID, or the model is wrong."
-    untested = f"{listed(idle)} {'was' if len(idle) == 1 else 'were'} hardly flown in the held-out flights, and so not tested"
-    if against:
-        against += [untested] * bool(idle)
-        return f"Do not tune a controller on this model yet: {'; '.join(against)}." + f" S{under}" * bool(apart)
-    if idle:
-        return f"Test the model further before you tune roll and pitch on it: {untested}." + f" S{under}" * bool(apart)
-    if apart:
-        return f"Test the model further before you tune roll and pitch on it: s{under}"
-    return "Nothing found here speaks against tuning roll and pitch on this model; that is no proof that the gains will fly."
+    against += ["no flight was held out to test it: log four or more"] * (compared is None)
+    unknown = list(dict.fromkeys(key for keys in weak.values() for key in keys))
+    open_axes = [*TUNED] if against else [axis for axis in TUNED if weak[axis] or axis in idle]
+    ready = [axis for axis in TUNED if axis not in open_axes]
+    if unknown:
+        names = [f"the {in_short(key)}" for key in unknown]
+        against.append(f"{listed(names)} {'is' if len(names) == 1 else 'are'} not known to within {100.0 * ENOUGH:.0f} %")
+    against += [f"no held-out flight turns much about {listed(idle, 'or')}"] * bool(idle)
+    if not against:
+        return "Roll and pitch can be tuned on this model."
+    can = f"{listed(ready).capitalize()} can be tuned on this model; do not yet tune" if ready else "Do not yet tune"
+    speed = bool(TUNED.keys() & set(unknown)) and max(reach(fit, SPEED)) > 0.25 * ENOUGH  # half of what a gain may be off
+    short = [axis for axis in TUNED if axis in idle or weak[axis]]
+    fly = [USES["thrust in hover and climbs"][1]] * speed + [QUICK.format(listed(short))] * bool(short)
+    said = f"{can} {listed(open_axes)}{'' if ready else ' on this model'}: {'; '.join(against)}."
+    return f"{said} Next, fly {listed(fly)}." if fly else said
