@@ -73,7 +73,8 @@ def prove(
         verdict = run.prove_mission(mission, force, torque, others, file)
     say(report.sentence(verdict.says[0]))
     say("")
-    show_table(verdict.name, verdict.columns, verdict.rows)
+    if verdict.rows:
+        show_table(verdict.name, verdict.columns, verdict.rows)
     for said in verdict.says[1:]:
         say(report.sentence(said))
     if verdict.written:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from quadstep.linear.states import quantity
 from quadstep.proofs.prove.certificate_file import SetCertificate, folder_from, write_set
 from quadstep.proofs.prove.check_set import check_set
 from quadstep.proofs.prove.hold import Departure, Hold, described, number_extents
-from quadstep.proofs.prove.proof_pictures import of_departure, of_set
+from quadstep.proofs.prove.proof_pictures import of_set
 from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, length, off, under, within
 from quadstep.proofs.prove.rest import LONGEST
 from quadstep.proofs.prove.sampled import Array, SampledLoop
@@ -55,25 +55,24 @@ def left_hover(name: str, loop: SampledLoop, unknown: Unknown, leaves: Departure
         for axis, one, far in zip(axes, leaves.begun, leaves.reach, strict=False)
     ]
     for part, (far, unit) in box.items():
-        begun = listed(begins[part][0], rounded_up, NOTHING)
-        said = [f"{one} {unit}".replace(" °", "°") for one in (begun, listed(far, rounded_down, 0.0))]
+        begun, edges = f"{rounded_up(max(*begins[part][0], NOTHING), 3):.3g}", ", ".join(map(least, far))
+        said = [f"{one} {unit}".replace(" °", "°") for one in (begun, edges)]
         rows.append([quantity(part), *said])
     others = f", {under(Unknown(*unknown[:4]))}" if any(unknown[:4]) else ""
     says = [
-        f"disproved: flights close to hover do not all stay close, for it is unstable{others}. A flight that is off its rest "
-        "as the first column says, along the mode that grows fastest, leaves the box of the second column within "
-        f"{rounded_up(leaves.seconds, 3):g} s.",
+        f"disproved: hover is unstable{others}. There is a state, off its rest by no more than the first column of the table "
+        f"says, from which the flight leaves the box of the second within {rounded_up(leaves.seconds, 3):g} s.",
         f"This holds for the law as flown, with rounding, at whichever sample from {loop.period:g} s on it is in that "
         "state; the law's memory is off its rest too. It leaves the box as soon as one number is farther off than the second "
         "column says, or one of the law's memory is beyond a bound of its own.",
     ]
-    columns, shown = ("", "begins off the rest by", "leaves a box of"), of_departure(loop, leaves)
-    return ProofVerdict(name, VerdictKind.DISPROVED, rows, says, columns=columns, pictures=shown)
+    columns = "", "begins off the rest by at most", "leaves a box of"
+    return ProofVerdict(name, VerdictKind.DISPROVED, rows, says, columns=columns)
 
 
-def listed(values: Sequence[float], rounded: Callable[[float, int], float], least: float) -> str:
-    """Numbers of one quantity, rounded up or down; `least` for those that are not told from zero."""
-    return ", ".join(f"{rounded(one, 3) if one >= NOTHING else least:.3g}" for one in values)
+def least(value: float) -> str:
+    """A number rounded down; 0 for one that is not told from zero."""
+    return f"{rounded_down(value, 3) if value >= NOTHING else 0.0:.3g}"
 
 
 def rows_of(axes: Sequence[str], start: float, position: Array) -> list[list[str]]:
@@ -91,9 +90,9 @@ def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, 
     like = "the mission's" if own else "rest, the law's memory included (the mission's own start is too far from it)"
     near = f"within {' and '.join(also)} of " if also else "" if own else "at "
     return (
-        f"every flight{others} whose start is within {length(start, rounded_down, 3)} of ({point}) m on each axis, and "
-        f"otherwise {near}{like}, stays within {bounds} of the loop's rest at all samples from {period:g} s to "
-        f"{LONGEST:,.0f} s (11.6 days), the longest time that this proof covers."
+        f"every flight{others} whose start is within {length(start, rounded_down, 3)} of ({point}) m on each axis stays "
+        f"within {bounds} of the loop's rest. All else at its start is {near}{like}; the bounds hold at all samples from "
+        f"{period:g} s to {LONGEST:,.0f} s (11.6 days), the longest time that this proof covers."
     )
 
 

@@ -153,14 +153,12 @@ class Hold(NamedTuple):
 
 class Departure(NamedTuple):
     """Hover that is unstable. begun: how far a flight is off the rest at any sample but its first, reach: the box about the
-    rest that it leaves, of each state of the loop. seconds: in which it does [s]. rest, start: the states themselves.
+    rest that it leaves, of each state of the loop. seconds: in which it does [s].
     """
 
     begun: Array
     reach: Array
     seconds: float
-    rest: Array
-    start: Array
 
 
 def invariant_set(
@@ -202,11 +200,7 @@ def prove_departure(arithmetic: SetArithmetic, mode: int) -> Departure | None:
     if found is None:
         return None
     seconds = found.samples * arithmetic.loop.period
-    start = at.state.copy()
-    start[list(at.live)] += found.begun
-    for place, other in at.twins.items():
-        start[place] = start[other]
-    return Departure(everywhere(at, np.abs(found.begun)), everywhere(at, found.box), seconds, at.state, start)
+    return Departure(everywhere(at, np.abs(found.begun)), everywhere(at, found.box), seconds)
 
 
 def everywhere(at: RestingLoop, live: Array) -> Array:

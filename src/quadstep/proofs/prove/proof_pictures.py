@@ -6,16 +6,23 @@ from itertools import product
 
 import numpy as np
 
+from quadstep.engines.fly import FlightPlan, fly
+from quadstep.io.errors import UserError
+from quadstep.linear.equilibrium import hover_mission, quiet
+from quadstep.metrics.quantities import position_errors
+from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, rebuild
-from quadstep.proofs.prove.hold import Departure, Hold
+from quadstep.proofs.prove.hold import Hold
 from quadstep.proofs.prove.report import length
 from quadstep.proofs.prove.sampled import Array, SampledLoop
 from quadstep.report import units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import LOG, Panel
 
-MOST = 150
-"""Samples that are flown for a figure of a set."""
+MOST, ASIDE, NEAR = 150, 1e-3, 0.01
+"""Samples that are flown for a figure of a set; how far from an unstable hover a flight begins [m]; share of the limit from
+which on it is drawn.
+"""
 
 
 def of_tube(loop: SampledLoop, error: Array, bound: Array) -> list[FigureJob]:
@@ -37,19 +44,30 @@ def of_tube(loop: SampledLoop, error: Array, bound: Array) -> list[FigureJob]:
         f"widest along {units.listed(along)}, {widest} to each side at {units.quantity(at, 's')}; "
         "where no band is seen, it is thinner than the line."
     )
-    return [FigureJob("tube", caption, time, panels, len(panels))]
+    return [FigureJob("tube", caption, time, panels)]
 
 
-def of_flight(t: Array, errors: Array, limit: float) -> list[FigureJob]:
-    """How far the mission's own flight was from its path. errors: (samples, axes) [m]. limit: that ends it [m]."""
+def of_flight(t: Array, errors: Array, limit: float, whose: str = "the mission's own flight from its path") -> list[FigureJob]:
+    """How far a flight was from where it should be. errors: (samples, axes) [m]. limit: that ends it [m]."""
     far = np.linalg.norm(errors, axis=1)
-    lines = {"the mission's flight": far, f"limit, {limit:g} m": np.full(len(t), limit)}
+    lines = {"flown": far} | ({f"limit, {limit:g} m": np.full(len(t), limit)} if far[-1] > NEAR * limit else {})
     last, at = units.quantity(float(far[-1]), "m", 4), units.quantity(float(t[-1]), "s")
     caption = (
-        f"Distance of the mission's own flight from its path: {last} at its end, {at}. A flight that goes beyond the limit is "
-        "lost. On this logarithmic scale, an error that doubles again and again rises along a straight line."
+        f"Distance of {whose}: {last} at {at}. On this logarithmic scale, an error that doubles again and again rises along a "
+        "straight line."
     )
     return [FigureJob("flight", caption, t, [Panel("distance", "m", lines, LOG)])]
+
+
+def of_instability(mission: Mission, plan: FlightPlan, at: float, seconds: float) -> list[FigureJob]:
+    """A flight that is to hover where its path is at a time [s], `ASIDE` beside it along each axis; none if that fails."""
+    reference = plan.loop.path.reference(at, plan.parameters.path)
+    try:
+        log = fly(quiet(hover_mission(mission, reference, seconds, ASIDE).plan(warn=False)))
+    except UserError:  # of a law of the user's own
+        return []
+    whose = f"a flight that begins {1e3 * ASIDE:g} mm from that hover along each axis"
+    return of_flight(log.column("t"), position_errors(log), plan.parameters.limits.distance, whose)
 
 
 def of_set(loop: SampledLoop, kept: Hold, position: Array) -> list[FigureJob]:
@@ -77,20 +95,4 @@ def of_set(loop: SampledLoop, kept: Hold, position: Array) -> list[FigureJob]:
         f"at each sample of the first {time[-1]:g} s, within what is proved for every start in the box and all later samples. "
         f"They reach up to {100.0 * share:.0f} % of the bound{nearest}."
     )
-    return [FigureJob("set", caption, time, panels, len(panels))]
-
-
-def of_departure(loop: SampledLoop, leaves: Departure) -> list[FigureJob]:
-    """The flight from the state that is proved to leave the box."""
-    flown = loop.flown_from([*leaves.start[:, None]], 1, round(leaves.seconds / loop.period))[:, :, 0]
-    moving = leaves.reach > 0.0
-    off = np.abs(flown - leaves.rest)[:, moving] / leaves.reach[moving]
-    share: Array = off.max(axis=1)
-    time: Array = np.arange(len(flown), dtype=np.float64) * loop.period
-    out = int(np.argmax(share > 1.0))
-    caption = (
-        "The flight from the state in the table, by the number that has used most of its half of the box. It crosses the edge "
-        f"of the box after {time[out]:.3g} s; that it does within {leaves.seconds:.3g} s is proved."
-    )
-    lines = {"flown": share, "edge of the box": np.ones(len(flown))}
-    return [FigureJob("departure", caption, time, [Panel("share of the box", "-", lines, LOG)])]
+    return [FigureJob("set", caption, time, panels)]

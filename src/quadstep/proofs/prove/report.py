@@ -14,6 +14,7 @@ from urllib.parse import quote
 
 from quadstep.io.errors import DIVERGED, FAILED, UserError
 from quadstep.io.files import write_beside
+from quadstep.metrics.verdict import Case
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
@@ -118,40 +119,32 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
     """Write it. Raises UserError."""
     others = verdict.says[1:]
     opened = [line for line in others if line.startswith("undecided: ")]
-    shown = "In numbers" if verdict.kind is VerdictKind.DISPROVED else "The bounds"
-    sections: list[Section] = [] if verdict.cards else [TableSection(shown, "bounds", verdict.columns, verdict.rows)]
+    shown, failed = ("The bounds", None) if verdict.kind is not VerdictKind.DISPROVED else ("In numbers", "disproved")
+    table = TableSection(shown, "bounds", verdict.columns, verdict.rows)
+    sections: list[Section] = [] if verdict.cards or not verdict.rows else [table]
     if opened:
         sections += [markup.heading("What is undecided", "undecided"), markup.listing(map(sentence, opened))]
     sections += [markup.paragraph(sentence(line)) for line in others if line not in opened]
-    if verdict.kind is not VerdictKind.DISPROVED:
+    if verdict.rows and not failed:
         sections.append(CLOSING)
-    if verdict.settings:
-        sections.append(TableSection("How it was computed", "settings", ("", ""), verdict.settings))
     if verdict.written:
         name = verdict.written.name
         said = f"The certificate, which `quadstep prove --check {name}` checks with independent code:"
         sections.append(markup.links([(quote(name), name)], said))
+    if verdict.settings:
+        sections.append(TableSection("How it was computed", "settings", ("", ""), verdict.settings))
     first = sentence(verdict.says[0])
     with tempfile.TemporaryDirectory() as folder:
         for one in verdict.pictures:
             one.draw(Path(folder), Sheet(formats=("svg",)))
         figures = [Figure(one.name, one.caption) for one in verdict.pictures]
-        found = Evidence(verdict.name, KIND, first, verdict.says, {}, facts(verdict), figures, sections)
+        judged = (Case("proved", failed),)
+        found = Evidence(
+            verdict.name, KIND, first, verdict.says, {}, verdict.cards, figures, sections, cases=judged, fold=("settings",)
+        )
         write_beside(path, found.html(Path(folder)), parents=True)
 
 
 def sentence(text: str) -> str:
     """`proved: every flight …` as a sentence of a report."""
     return text[0].upper() + text[1:]
-
-
-def facts(verdict: ProofVerdict) -> list[markup.Fact]:
-    """The verdict, and the last column of the table for each row that is a position."""
-    word = {VerdictKind.PROVED: "proved", VerdictKind.OPEN: "undecided", VerdictKind.DISPROVED: "disproved"}[verdict.kind]
-    bounds = [(row[0], row[-1].partition(UNTIL)) for row in verdict.rows[:3]]
-    cards = [
-        markup.Fact(f"{name}, {verdict.columns[-1]}", value, f"proved{UNTIL}{end}" if end else "")
-        for name, (value, _, end) in bounds
-    ]
-    said = markup.Fact("verdict", word, kind="fails" * (verdict.kind is VerdictKind.DISPROVED))
-    return [said, *(verdict.cards or cards)]

@@ -19,6 +19,7 @@ from quadstep.io.parts import read_sealed
 from quadstep.io.user_code import only
 from quadstep.linear.equilibrium import check_equilibrium
 from quadstep.mission.read import check_mission, plan_mission
+from quadstep.mission.schema import Mission
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.proofs.prove.certificate_file import SET_FORMAT, WHAT, Certificate, folder_from, off_path, write_certificate
 from quadstep.proofs.prove.checker import check_certificate
@@ -27,7 +28,7 @@ from quadstep.proofs.prove.hold import Departure, invariant_set
 from quadstep.proofs.prove.hover import Hover, Instability, hover, instability
 from quadstep.proofs.prove.invariant import MOST_STEPS
 from quadstep.proofs.prove.linear_maps import Coordinates, block, coordinates
-from quadstep.proofs.prove.proof_pictures import of_flight, of_tube
+from quadstep.proofs.prove.proof_pictures import of_flight, of_instability, of_tube
 from quadstep.proofs.prove.report import UNTIL, ProofVerdict, VerdictKind, length, under, within
 from quadstep.proofs.prove.rest import path_rests
 from quadstep.proofs.prove.sampled import Array, SampledLoop
@@ -45,6 +46,11 @@ PUSH = 2.3e-4
 
 
 NOTHING = Unknown()
+
+FEWEST, SHOWN, LONGEST = 2, 10.0, 60.0
+"""Samples of a tube that bound a flight; how often an unstable hover's error grows by a factor of e in its figure, and how
+long that may take [s].
+"""
 
 
 def usual(plan: FlightPlan, force: float | None, torque: float | None, others: Unknown) -> Unknown:
@@ -77,13 +83,13 @@ def prove_mission(
         raise UserError(f"{path}: no bound of the starts: {error}") from None
     found = instability(loop, at) if at else None
     if at and found:
-        return unstable(mission.name, plan, at, found)
+        return unstable(mission, plan, at, found)
     why = ""
     if path_rests(loop):
         with bar("proving", f"of at most {MOST_STEPS} sets") as progress:
             kept = invariant_set(loop, unknown, progress.to)
         if isinstance(kept, Departure):
-            return left_hover(mission.name, loop, unknown, kept)
+            return left_hover(mission.name, loop, unknown, kept)._replace(pictures=of_instability(mission, plan, 0.0, SHOWN))
         if not isinstance(kept, str):
             found_set = hover_for_ever(mission.name, path, text, loop, unknown, kept, out)
             return found_set._replace(settings=settings(loop, unknown, "an invariant set, a product over the modes"))
@@ -101,7 +107,8 @@ def prove_mission(
     drawn = of_tube(loop, apart[: len(bound)], bound)
     how = settings(loop, unknown, f"a box for each block of {SAMPLES} control periods, {-(-loop.samples // SAMPLES):,} blocks")
     if isinstance(result, OpenTube):
-        return still_open(mission.name, plan, loop, unknown, result, off, bound, why)._replace(pictures=drawn, settings=how)
+        partly = still_open(mission.name, plan, loop, unknown, result, off, bound, why)
+        return partly._replace(pictures=drawn if partly.rows else (), settings=how)
     position = bound.max(axis=0)
     if out is not None:
         names = tuple(loop.names)
@@ -193,7 +200,10 @@ def still_open(
     name: str, plan: FlightPlan, loop: SampledLoop, unknown: Unknown, result: OpenTube, off: Array, bound: Array, why: str
 ) -> ProofVerdict:
     """The verdict on a tube that did not close: what was closed, and what was not. off, bound: as the picture has them [m]."""
-    closed = len(bound)
+    closed, given = len(bound), under(unknown).rstrip(",")
+    if closed < FEWEST:
+        says = [f"undecided: {given}, no bound is proved: {result.why}.", *not_for_ever(why)]
+        return ProofVerdict(name, VerdictKind.OPEN, [], says)
     position, seconds = bound.max(axis=0), (closed - 1) * loop.period
     away = (off[:closed] + bound).max(axis=0)
     rows = [
@@ -201,30 +211,33 @@ def still_open(
         for axis, *bounds in zip(plan.loop.plant.axes, position, away, strict=True)
     ]
     says = [
-        f"undecided: {under(unknown).rstrip(',')}, the bounds are proved until {seconds:g} s but not beyond: {result.why}.",
+        f"undecided: {given}, the bounds are proved until {seconds:g} s but not beyond: {result.why}.",
         *not_for_ever(why),
     ]
     return ProofVerdict(name, VerdictKind.OPEN, rows, says)
 
 
-def unstable(name: str, plan: FlightPlan, at: Hover, growth: Instability) -> ProofVerdict:
+def unstable(mission: Mission, plan: FlightPlan, at: Hover, growth: Instability) -> ProofVerdict:
     """The verdict that hover is not a stable equilibrium."""
     place = ", ".join(f"{one:g}" for one in at.position)
     says = [
-        f"disproved: flights that begin near hover at the path's end, ({place}) m, do not all stay near it: hover is unstable "
-        f"there. This is shown for the law in exact arithmetic. `fly` and "
-        "`linear` judge rest where the path begins, where a deviation may grow at another rate.",
+        f"disproved: hover at the path's end, ({place}) m, is unstable. Flights that begin near it do not all stay near it. "
+        "This is shown for the law in exact arithmetic.",
         *consequence(plan),
+        "`fly` and `linear` judge rest where the path begins, where a deviation may grow at another rate.",
     ]
     cards = [
         Fact("eigenvalues outside the unit circle", f"{growth.unstable} of {growth.states}", "hover is an exact equilibrium"),
         Fact(
             "growth of the fastest error",
             f"{rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s",
+            f"it doubles every {math.log(2.0) / growth.slowest:.3g} s",
         ),
     ]
     rows = [[one.what, one.value] for one in cards]
-    return ProofVerdict(name, VerdictKind.DISPROVED, rows, says, columns=("at hover", "proved"), cards=cards)
+    shown = of_instability(mission, plan, at.tick * plan.ticks.step, min(SHOWN / growth.slowest, LONGEST))
+    kind, columns = VerdictKind.DISPROVED, ("at hover", "proved")
+    return ProofVerdict(mission.name, kind, rows, says, columns=columns, pictures=shown, cards=cards)
 
 
 def consequence(plan: FlightPlan) -> list[str]:
