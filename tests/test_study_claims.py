@@ -188,7 +188,7 @@ def test_a_controller_that_is_lost_where_the_other_completes_is_the_worse_one(do
 def test_no_claim_holds_from_whose_flights_the_papers_controller_is_lost_and_the_other_is_not(doctored):
     """The flights as they are flown: a verdict may not leave out the flights that one side loses."""
     for claim in check_claims(doctored.study):
-        worse = [text for text in claim.values.get("by_start", {}).values() if "paper's controller is lost" in text]
+        worse = [one for one in claim.values.get("by_start", {}).values() if "paper's controller is lost" in one["why"]]
         assert not worse or claim.verdict is not ClaimVerdict.HOLDS
         said = "From 5 m off in x and y, the paper's controller is lost at 0.94 s (spinning) and [11] completes."
         assert not worse or losses(claim.values["by_start"]) == said

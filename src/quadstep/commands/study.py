@@ -35,12 +35,13 @@ def reproduce(
     drawing: FigureOptions,
 ) -> None:
     """Fly the paper's cases and the stress flights, judge its claims, and write figures, CSV, JSON and report.html."""
-    from quadstep.studies.paper.claims import ClaimVerdict, answer
+    from quadstep.studies.paper.claims import CONTEXT, ClaimVerdict, answer
     from quadstep.studies.paper.reproduce import briefly
     from quadstep.studies.paper.reproduce import reproduce as run
 
     claims = run(out, engine, overwrite, drawing.sheet())
     say(answer(claims))
+    say(CONTEXT)
     say("")
     for verdict, what in ((ClaimVerdict.FAILS, "fails"), (ClaimVerdict.UNDECIDED, "is undecided")):
         rows = [(typeset(one.name), typeset(briefly(one.measured))) for one in claims if one.verdict is verdict]

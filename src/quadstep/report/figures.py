@@ -24,7 +24,19 @@ from quadstep.report.canvas import (
     write,
 )
 from quadstep.report.moments import ROW, mark, rows_above
-from quadstep.report.panel import ASKED_FOR, COMMANDED, LOG, SIGNED_LOG, STACKED, UNJUDGED, EventMark, Panel, Track, seen_from
+from quadstep.report.panel import (
+    ASKED_FOR,
+    COMMANDED,
+    DESIRED,
+    LOG,
+    SIGNED_LOG,
+    STACKED,
+    UNJUDGED,
+    EventMark,
+    Panel,
+    Track,
+    seen_from,
+)
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.units import label, prefixed, prose, suited
 
@@ -33,7 +45,7 @@ Numbers = NDArray[np.float64]
 LONGEST_LABEL = 18
 """Letters of a quantity and its unit that are as long as a panel is high: of more, the unit has a line of its own."""
 
-FLOWN, DESIRED, TOGETHER, BEFORE, AFTER = "flown", "desired", "sum", "current", "tuned"
+FLOWN, TOGETHER, BEFORE, AFTER = "flown", "sum", "current", "tuned"
 
 NAMES = 4
 """Most names of a legend beside one another."""

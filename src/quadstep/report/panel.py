@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 LOG, SIGNED_LOG, STACKED = "log", "symlog", "stacked"
-COMMANDED, SETPOINT = "commanded", "setpoint"
-ASKED_FOR = (COMMANDED, SETPOINT)
+COMMANDED, SETPOINT, DESIRED = "commanded", "setpoint", "desired"
+ASKED_FOR = (COMMANDED, SETPOINT, DESIRED)
 """Names of lines that are drawn as a band below what comes of them."""
 
 UNJUDGED = "not judged"

@@ -232,12 +232,10 @@ def counts(claims: Sequence[Claim]) -> str:
 
 def answer(claims: Sequence[Claim]) -> str:
     """The result for the paper's claims."""
-    return (
-        f"Of {len(claims)} claims that Das, Lewis and Subbarao (2009) make about their simulations, {counts(claims)}. "
-        "Gains and other values that the paper does not give are our choice. "
-        "Reference [11], with which they compare their controller, is Castillo, Lozano and Dzul (2005)."
-    )
+    return f"Of {len(claims)} claims that Das, Lewis and Subbarao (2009) make about their simulations, {counts(claims)}."
 
+
+CONTEXT = "Where the paper gives no value we chose one; [11], with which it compares, is Castillo, Lozano and Dzul (2005)."
 
 RULE = (
     "A claim about a flight that the paper describes is judged on that flight. Where the paper leaves the flight open (the "

@@ -46,18 +46,18 @@ def dependence(table: Answers) -> str:
     return f"; of {len(table)} variations, {listed(shown)}."
 
 
-def losses(by_start: Mapping[str, str]) -> str:
+def losses(by_start: Mapping[str, Mapping[str, str]]) -> str:
     """In sentences, from which starts a controller is lost, out of a claim's answers."""
     starts: dict[str, dict[str, None]] = {}
     for where, said in by_start.items():
-        starts.setdefault(said.partition(": ")[2], {})[where.partition("; ")[0]] = None
+        starts.setdefault(said["why"], {})[where.partition("; ")[0]] = None
     return " ".join(f"From {listed(list(places))}, {why}." for why, places in starts.items() if why)
 
 
-def table_values(table: Answers) -> dict[str, str]:
+def table_values(table: Answers) -> dict[str, dict[str, str]]:
     """The same for machines and for the table of starts."""
     words = {True: "yes", False: "no", None: "equal"}
-    return {where: f"{words[answer]}{f': {why}' if why else ''}" for where, (answer, why) in table.items()}
+    return {where: {"true": words[answer], "why": why} for where, (answer, why) in table.items()}
 
 
 def compared(

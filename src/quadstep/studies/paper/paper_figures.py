@@ -11,7 +11,7 @@ from quadstep.metrics.quantities import position_errors
 from quadstep.numbers import vector
 from quadstep.report import units
 from quadstep.report.drawing import FigureJob
-from quadstep.report.panel import Panel
+from quadstep.report.panel import DESIRED, Panel
 from quadstep.report.panels import attitude_panels, input_panels, position_panels
 from quadstep.studies.paper.cases import FIGURE_3_ENDS, FIGURE_3_TIME
 from quadstep.studies.paper.claims import Claim
@@ -75,6 +75,8 @@ ROLL_AND_PITCH = ("phi", "theta")
 SOON = 10.0
 """Until when the inputs of Case 3 are drawn [s]: later they hardly change."""
 
+BOTH = ("the paper", "[11]")
+
 INPUTS = (("u", "N"), ("tau_phi", "N m"), ("tau_theta", "N m"), ("tau_psi", "N m"))
 
 
@@ -114,9 +116,8 @@ def trajectories() -> tuple[NDArray[np.float64], list[Panel]]:
 
 
 def both_controllers(name: str, unit: str, new: FlightLog, old: FlightLog, rows: slice = slice(None)) -> Panel:
-    """A column of both controllers, with the paper's subscripts: n this paper's, o that of [11]."""
-    n, o = (log.column(name)[rows] for log in (new, old))
-    return Panel(name, unit, {f"{name}_n (adaptive)": n, f"{name}_o (nested [11])": o})
+    """A column of both controllers."""
+    return Panel(name, unit, {who: log.column(name)[rows] for who, log in zip(BOTH, (new, old), strict=True)})
 
 
 def comparison_positions(new: FlightLog, old: FlightLog) -> list[Panel]:
@@ -125,8 +126,8 @@ def comparison_positions(new: FlightLog, old: FlightLog) -> list[Panel]:
     tracks, misses = [], []
     for i, a in enumerate(("x", "y", "z")):
         panel = both_controllers(a, "m", new, old)
-        tracks.append(Panel(panel.label, panel.unit, {**panel.lines, f"{a}_d": new.column(f"{a}_d")}))
-        misses.append(Panel(f"{a}_d - {a}", "m", {f"{a}_d - {a}_n": errors_new[:, i], f"{a}_d - {a}_o": errors_old[:, i]}))
+        tracks.append(Panel(panel.label, panel.unit, {**panel.lines, DESIRED: new.column(f"{a}_d")}))
+        misses.append(Panel(f"{a}_d - {a}", "m", dict(zip(BOTH, (errors_new[:, i], errors_old[:, i]), strict=True))))
     return tracks + misses
 
 

@@ -35,7 +35,7 @@ from quadstep.studies.paper.cases import (
     main_cases,
     plan_study,
 )
-from quadstep.studies.paper.claims import RULE, Claim, ClaimVerdict, answer, check_claims
+from quadstep.studies.paper.claims import CONTEXT, RULE, Claim, ClaimVerdict, answer, check_claims
 from quadstep.studies.paper.claims_comparison import losses, settled
 from quadstep.studies.paper.page import write_paper_page
 from quadstep.studies.paper.paper_figures import CAPTIONS, figure_jobs, to_see
@@ -197,32 +197,32 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
     compared = [claim for claim in claims if "by_start" in claim.values]
     start_header = ["start; gains of [11]", *(claim.name for claim in compared)]
     starts = compared[0].values["by_start"]
-    start_rows = [[start, *(claim.values["by_start"][start].partition(":")[0] for claim in compared)] for start in starts]
+    start_rows = [[start, *(claim.values["by_start"][start]["true"] for claim in compared)] for start in starts]
     lost = losses(starts)
     seen = {n: to_see(n, claims, study.logs["case2"]) for n in CAPTIONS}
     figures = [Figure(f"fig{n:02d}", f"Fig. {n}: {caption}. {seen[n]}") for n, caption in CAPTIONS.items()]
     worst_first = sorted(claims, key=lambda one: [*ClaimVerdict].index(one.verdict) or len(claims))
     judged = [(c.name, briefly(c.measured), (c.verdict, c.verdict)) for c in worst_first]
-    anchors = [f"claim-{i}" for i, _ in enumerate(claims, 1)]  # by which a telephone stacks the rows
+    anchors, full = ([f"{name}-{i}" for i, _ in enumerate(claims, 1)] for name in ("claim", "in-full"))  # a phone stacks rows
     all_said = [(c.name, c.case, c.sentence, c.measured) for c in claims]
-    in_full = markup.table(("claim", "flights", "the paper's sentence", "measured"), all_said)
+    in_full = markup.table(("claim", "flights", "the paper's sentence", "measured"), all_said, anchors=full)
     return Evidence(
         name="The paper, flown and judged",
         kind="Reproduction",
-        answer=answer(claims),
-        sentences=[answer(claims)],
+        answer=f"{answer(claims)} {CONTEXT}",
+        sentences=[answer(claims), CONTEXT],
         record=study_metrics(study),
         facts=facts(study),
         sections=[
             markup.links([("page.html", "Fly these flights in your browser")]) if flying else "",
             markup.heading("The paper's claims and the measurements", "claims"),
             markup.table(("claim", "measured", "verdict"), judged, anchors=anchors),
-            TableSection(text=RULE),
-            TableSection(text=SOURCES),
-            markup.disclosure("The paper's sentences, the flights, and all that was measured", in_full),
             markup.heading("The paper's figures, flown again", "figures"),
             TableSection(text="Captions compare with the text of the paper; its printed pictures were not at hand."),
             *figures,
+            TableSection("How the claims are judged", "judged", text=RULE),
+            TableSection(text=SOURCES),
+            in_full,
             TableSection("The cases in numbers", "cases", CASES_HEADER, case_rows(study)),
             TableSection("Case 3 from other starts and with other gains of [11]", "starts", start_header, start_rows,
                   f"Whether each claim holds for the flight; the paper gives neither the start nor the gains. {lost}"),
@@ -230,4 +230,5 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
                   "Position RMSE and largest tilt, or the time and reason of the loss."),
             TableSection("Choices made where the paper is silent", "choices", ("what", "chosen", "why"), choices()),
         ],
+        fold=("judged", "cases", "starts", "stress", "choices"),
     )  # fmt: skip
