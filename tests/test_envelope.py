@@ -23,7 +23,8 @@ from quadstep.studies import study as study_module
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, Chunk, Flyer, on_lanes
 from quadstep.studies.envelope import Map, watched
 from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, how_sure
-from quadstep.studies.envelope_map import CAUSES, LOOKS, Cells, by_success, cells_of, draw_panel, legend, middle, scale
+from quadstep.studies.envelope_cells import CAUSES, Cells, cells_of, middle
+from quadstep.studies.envelope_map import LOOKS, by_success, draw_panel, legend, scale
 from quadstep.studies.envelope_request import NOISY_FLIGHTS, request
 from quadstep.studies.study import run
 from tests.campaigns import MASS, NOISY, SHORT, written
@@ -129,7 +130,12 @@ def test_a_cell_leads_to_its_flight(case):
     assert all(f'href="flights.html#flight=flight-{cell}"' in report for cell in range(24))
     assert '"path duration = 3\\u00a0s, disturbance scale = 2, nets off"' in page, "cell 21"
     assert "click one to see the flight of that cell." in report
-    found, grades = rows(out), {one["id"]: one["outcome"]["grade"] for one in data_of(page)["flights"]}
+    flights = data_of(page)["flights"]
+    found, grades = rows(out), {one["id"]: one["outcome"]["grade"] for one in flights}
+    colours = {one["id"]: one["cell"]["colour"] for one in flights}
+    seen = [(row["position_rmse_median[m]"], colours[f"flight-{i}"]) for i, row in enumerate(found) if row["success"]]
+    light = [sum(int(colour[i : i + 2], 16) for i in (1, 3, 5)) for _, colour in sorted(seen)]
+    assert len(seen) == sum(map(bool, colours.values())) and light == sorted(light), "as the map: lighter means larger"
     wanted = {"over-limit": "above the limit", None: ""}
     assert {"over-limit", None} < {row["cause"] for row in found} and len(found) == len(grades) == 24
     for cell, row in enumerate(found):
@@ -183,7 +189,9 @@ def test_a_limit_of_something_else_and_what_is_open_are_said(tmp_path):
             cells, many = made(successes, 0.1, flights=flights), int((successes >= 0.95 * flights).sum())
             panel, told = MapPanel("", 4, many, 0.5, {}, None), how_sure(Envelope(several, cells, []))
             first = answer(Envelope(several, cells, [panel])).split(". ")[0]
-            pairs, did = "combinations of path duration and vehicle mass", f"{said} succeed"
+            whole = many and cells.flyable.sum() == (successes == flights).sum()
+            pairs = "combinations of path duration and vehicle mass"
+            did = f"{f'all {flights} flights' if whole else said} succeed"
             begun = (
                 f"In {'all' if many == 4 else f'{many} of'} 4 {pairs}, {did}ed"
                 if many
@@ -334,8 +342,9 @@ def test_flights_of_a_cell_each_have_their_own_noise(tmp_path):
         "--failure", "position_rmse=0.42", "--out", out,
     )  # fmt: skip
     assert run.code == 0, run
-    said = "Each mark is one of the 3 flights of its combination; the report's map counts all of them."
-    assert said in " ".join(data_of((out / "flights.html").read_text())["intro"])
+    page = data_of((out / "flights.html").read_text())
+    assert page["intro"] == ["Marked: fewer than half of the flights succeed; one that failed is shown."]
+    assert not any(one["cell"]["colour"] for one in page["flights"])
     told = run.out.replace("\n", " ")
     assert " did all 3 flights succeed. " in told and " Limit: position RMSE 0.42 m." in told
     asked = request(path, "wind.mean.0=1,4", "sensors.position_noise=0.01:0.03:3", flights=3)
@@ -449,7 +458,7 @@ def made(successes, rmse, causes=None, flights=1):
 def drawn(asked, cells):
     """The axes of the first panel."""
     axes = Figure().subplots()
-    draw_panel(axes, asked, cells, 0, scale(cells))
+    draw_panel(axes, asked, cells, 0)
     return axes
 
 

@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 
 from quadstep.page.build import fly_missions
-from tests.browsers import picture
-from tests.commands import write
+from tests.browsers import picture, until
+from tests.commands import quadstep, write
 from tests.needs import CHROMIUM, needs, package
+from tests.pages import data_of
 
 package("playwright")
 pytestmark = needs(CHROMIUM)
@@ -209,6 +210,30 @@ def test_axis_around_a_constant_has_round_numbers(open_page, still_file):
     page.select_option("#own-columns", ["wind_x"])
     page.click("#own-add")
     assert {"1.80", "2.00", "2.20"} <= set(words_of(page, "own-1"))
+
+
+def test_the_end_of_a_lost_flight_does_not_flatten_what_came_before(open_page):
+    page = open_page("#set=disturbance:3.79&set=t_f:14.667")
+    assert page.evaluate("quadstep.outcome()")["ended"] < 14.0
+    head, said = page.locator("#plot-position-error"), words_of(page, "position-error")
+    assert head.locator("h3").get_attribute("data-unit") == "[mm]" and {"−1.0", "1.0"} <= {*said}
+    assert "The end runs off the picture" in head.locator(".note").inner_text()
+    held = open_page("#set=disturbance:1")
+    assert "runs off" not in held.locator("#plot-position-error").inner_text()
+
+
+def test_a_map_stands_beside_its_flights_and_the_one_of_the_median_error_is_seen_first(open_page, tmp_path):
+    axes = "--x", "disturbance.scale=0:2:3", "--y", "path.duration=20:40:3"
+    assert quadstep("envelope", CASE_1, *axes, "--out", tmp_path / "map").code == 0
+    page = open_page(file=tmp_path / "map" / "flights.html")
+    assert page.locator("#side #walk .coloured").count() == 9
+    errors = {
+        one["id"]: one["summary"]["filed"]["rmse"]
+        for one in data_of((tmp_path / "map" / "flights.html").read_text())["flights"]
+    }
+    assert page.evaluate("location.hash") == f"#flight={sorted(errors, key=errors.get)[4]}"
+    page.set_viewport_size({"width": 1000, "height": 800})
+    assert until(page, lambda: page.locator("#side #walk").count() == 0 and page.locator("#walk .coloured").count() == 9)
 
 
 def test_the_net_is_chosen_like_other_plots(open_page):

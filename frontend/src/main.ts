@@ -26,6 +26,7 @@ import { startTheme, toggleTheme } from "./view/theme";
 import { greatest, lengths } from "./summary/measure";
 import { SummaryStrip } from "./summary/strip";
 import { transport } from "./view/transport";
+import { typical } from "./walk/field";
 import { Guide } from "./walk/guide";
 import { story } from "./walk/story";
 import { Strip } from "./walk/strip";
@@ -137,7 +138,7 @@ function start(): void {
   };
   const open = (): void => {
     const link = fragment.read(location.hash, page);
-    const first = page.flights[0];
+    const first = typical(page.flights);
     if (!first) return notice("This page contains no flight.");
     notice(...(link?.complaints ?? []));
     clock.playing.set(false);

@@ -144,8 +144,8 @@ export interface FlightData {
   readonly ticks: Readonly<Ticks>;
   readonly scene: SceneData;
   readonly panels: readonly PanelData[];
-  /** Its place where its group is a table. */
-  readonly cell: { readonly block: string; readonly row: string; readonly column: string; readonly rowAxis: string; readonly columnAxis: string } | null;
+  /** Its place where its group is a table; colour: of many flights like it, instead of its mark. */
+  readonly cell: { readonly block: string; readonly row: string; readonly column: string; readonly rowAxis: string; readonly columnAxis: string; readonly colour: string } | null;
   readonly rate: Rate | null;
   /** Above which it fails, as quadstep/metrics/verdict.py says. */
   readonly limits: readonly Rule[];

@@ -18,7 +18,7 @@ import type { Panel } from "./panel";
 import { type Overlay, isZero, panelOf } from "./panels";
 import { Plot } from "./plot";
 import { offCommand } from "./offcommand";
-import { TimeWindow } from "./range";
+import { TimeWindow, calm } from "./range";
 
 const WHOLE = "Pale bands: the thrust that each rotor would make at its speed without the fault.";
 
@@ -123,11 +123,13 @@ export class Board {
       return net && netPanel(net, log ?? false);
     }
     const data = shown.data.panels.find((panel) => panel.id === id);
-    const panel = data && panelOf({ ...data, log: log ?? data.log }, shown.flight, this.overlays(shown));
+    const found = data && panelOf({ ...data, log: log ?? data.log }, shown.flight, this.overlays(shown));
+    const panel = found && (shown.flight.held ? found : { ...found, lost: shown.flight.ended });
     const { since } = shown.data.summary;
     const counts = `Shaded: errors count only from ${plain(since)} s on.`;
     if (panel && since > 0 && id.startsWith("position")) return { ...panel, uncounted: since, ...(id === "position" ? { note: counts } : {}) };
-    const note = id === "attitude" ? offCommand(shown) : id === "rotors" && shown.flight.has("f1_whole") ? WHOLE : "";
+    const cut = panel && calm(panel, this.window.whole) ? "The end runs off the picture: the axis fits what came before; mark a stretch to zoom in." : "";
+    const note = cut && id === "position-error" ? cut : id === "attitude" ? offCommand(shown) : id === "rotors" && shown.flight.has("f1_whole") ? WHOLE : "";
     return panel && note ? { ...panel, note } : panel;
   }
 

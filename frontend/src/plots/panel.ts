@@ -30,6 +30,8 @@ export interface Panel {
   readonly curves: readonly Curve[];
   /** Until when errors do not count [s]. */
   readonly uncounted?: number;
+  /** When the flight was lost [s]. */
+  readonly lost?: number;
   /** What runs across, if not time; of a logarithmic range the exponents of ten. */
   readonly across?: { readonly label: string; readonly logarithmic: boolean; readonly range: { readonly least: number; readonly most: number } };
 }

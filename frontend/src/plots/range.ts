@@ -15,7 +15,7 @@ export interface Range {
 /** The stretch of time on the screen; undefined: the whole flight. */
 export class TimeWindow {
   readonly zoomed = new Watched<Range | undefined>(undefined);
-  private whole: Range = { least: 0, most: 1 };
+  whole: Range = { least: 0, most: 1 };
 
   get range(): Range {
     return this.zoomed.value ?? this.whole;
@@ -49,17 +49,7 @@ export class TimeWindow {
 
 /** Least and greatest value of a panel in a stretch of time, with a little air. Exponents of ten if logarithmic. */
 export function valueRange(panel: Panel, time: Range): Range {
-  let low = Infinity;
-  let high = -Infinity;
-  for (const curve of panel.curves) {
-    const first = panel.across ? 0 : indexAt(curve.times, time.least);
-    const last = panel.across ? curve.times.length : indexAt(curve.times, time.most) + 1;
-    const values = panel.logarithmic ? curve.values.map((v) => (v > 0 ? Math.log10(v) : Number.NaN)) : curve.values;
-    const found = extent(values, first, last);
-    if (!found) continue;
-    low = Math.min(low, found[0]);
-    high = Math.max(high, found[1]);
-  }
+  const { least: low, most: high } = calm(panel, time) ?? reached(panel, time);
   if (low > high) return { least: 0, most: 1 };
   if (panel.logarithmic) return { least: Math.max(low, high - 12) - 0.2, most: high + 0.2 };
   const size = Math.max(Math.abs(low), Math.abs(high));
@@ -69,12 +59,29 @@ export function valueRange(panel: Panel, time: Range): Range {
   return { least: middle - span * 0.56, most: middle + span * 0.56 };
 }
 
+/** What the curves reach in a stretch of time. */
+function reached(panel: Panel, time: Range): Range {
+  const found = panel.curves.flatMap((curve) => {
+    const first = panel.across ? 0 : indexAt(curve.times, time.least);
+    const last = panel.across ? curve.times.length : indexAt(curve.times, time.most) + 1;
+    const values = panel.logarithmic ? curve.values.map((v) => (v > 0 ? Math.log10(v) : Number.NaN)) : curve.values;
+    return [extent(values, first, last) ?? []].flat();
+  });
+  return { least: Math.min(...found), most: Math.max(...found) };
+}
+
+/** Of a flight that is lost in a stretch of time, what it reached before the last tenth, with room, if its end would dwarf that; else undefined. */
+export function calm(panel: Panel, time: Range): Range | undefined {
+  const { lost } = panel;
+  if (lost === undefined || panel.logarithmic || panel.across || lost <= time.least || lost > time.most) return undefined;
+  const before = reached(panel, { least: time.least, most: lost - 0.1 * (lost - time.least) });
+  const [all, span] = [reached(panel, time), before.most - before.least];
+  return span > LEAST && all.most - all.least > 4 * span ? { least: before.least - 0.3 * span, most: before.most + 0.3 * span } : undefined;
+}
+
 /** Largest size of a panel's values over the whole flight, for its unit's prefix. */
 export function largest(panel: Panel): number {
-  let size = 0;
-  for (const curve of panel.curves) {
-    const found = extent(curve.values, 0, curve.values.length - 1);
-    if (found) size = Math.max(size, Math.abs(found[0]), Math.abs(found[1]));
-  }
-  return size;
+  const whole = { least: 0, most: Infinity };
+  const { least, most } = calm(panel, whole) ?? reached({ ...panel, logarithmic: false }, whole);
+  return least > most ? 0 : Math.max(Math.abs(least), Math.abs(most));
 }

@@ -4,6 +4,13 @@ import type { FlightData } from "../data/contract";
 import { h } from "../view/dom";
 import { rich } from "../view/notation";
 
+/** The flight with which a page opens: of a table that with the median error, else the first. */
+export function typical(flights: readonly FlightData[]): FlightData | undefined {
+  const error = (flight: FlightData): number => flight.summary.filed["rmse"] ?? Infinity;
+  const held = flights.filter(({ outcome }) => outcome.grade !== "lost").sort((a, b) => error(a) - error(b));
+  return (flights[0]?.cell && held[held.length >> 1]) ?? flights[0];
+}
+
 /** One table a block of cells. button: that of a flight. */
 export function field(flights: readonly FlightData[], button: (flight: FlightData) => HTMLButtonElement): HTMLElement {
   const blocks = unique(flights.map((flight) => flight.cell!.block));
@@ -29,7 +36,10 @@ function table(block: string, flights: readonly FlightData[], button: (flight: F
   const columns = unique(flights.map((flight) => flight.cell!.column));
   const cell = (row: string, column: string): HTMLElement => {
     const found = flights.find((flight) => flight.cell!.row === row && flight.cell!.column === column);
-    return h("td", {}, found ? button(found) : null);
+    const made = h("td", {}, found ? button(found) : null);
+    made.style.background = found?.cell!.colour ?? "";
+    made.classList.toggle("coloured", made.style.background !== "");
+    return made;
   };
   return h(
     "table",

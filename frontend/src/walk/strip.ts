@@ -4,7 +4,7 @@ import type { FlightData, PageData } from "../data/contract";
 import type { Session } from "../session";
 import { field } from "./field";
 import { MARKS, graveness } from "../summary/grade";
-import { fill, h } from "../view/dom";
+import { byId, fill, h } from "../view/dom";
 
 const MANY = { holds: "hold", fails: "fail", undecided: "undecided" } as const;
 const VERDICTS = ["holds", "fails", "undecided"] as const;
@@ -21,12 +21,18 @@ export class Strip {
       this.buttons.set(flight.id, button);
       return button;
     };
-    const [first, ...others] = [...groups].map(([name, flights]) => stretch(name, flights, make));
+    const [first, ...others] = [...groups].map(([name, flights]) => stretch(name, flights, make, groups.size === 1));
     const marks = key(session.page);
     const count = session.page.flights.length - [...groups.values()][0]!.length;
     fill(this.others, h("summary", {}, `${count} more flight${count === 1 ? "" : "s"}${marks ? ", and what the marks mean" : ""}`), h("div", { class: "lane" }, ...others), marks);
     fill(host, h("div", { class: "lane" }, first), ...(others.length ? [this.others] : [marks]));
     host.hidden = session.page.flights.length < 2;
+    const wide = matchMedia("(min-width: 1180px)"); // there a table stands beside the flight, elsewhere above it
+    const place = (): void => (wide.matches ? byId("side").prepend(host) : byId("notice").before(host));
+    if (first?.querySelector(".field")) {
+      place();
+      wide.addEventListener("change", place);
+    }
     session.shown.watch((shown) => shown && this.mark(shown.data.id));
   }
 
@@ -63,8 +69,8 @@ export class Strip {
 
 /** What the marks mean, as far as they occur. */
 function key({ flights }: PageData): HTMLElement | null {
-  const grades = (Object.keys(MARKS) as (keyof typeof MARKS)[]).filter((grade) => flights.some(({ outcome }) => graveness(outcome) === grade));
-  if (grades.length < 2) return null;
+  const grades = (Object.keys(MARKS) as (keyof typeof MARKS)[]).filter((grade) => flights.some(({ outcome, cell }) => !cell?.colour && graveness(outcome) === grade));
+  if (grades.length < (flights.some(({ cell }) => cell?.colour) ? 1 : 2)) return null;
   return h(
     "p",
     { class: "key-line" },
@@ -72,17 +78,17 @@ function key({ flights }: PageData): HTMLElement | null {
   );
 }
 
-/** A group under its heading. Flights with places become a table of marks, and the heading says which one is meant. */
-function stretch(name: string, flights: readonly FlightData[], make: (flight: FlightData) => HTMLButtonElement): HTMLElement {
+/** A group under its heading. Flights with places become a table of marks, and the heading says which one is meant. alone: whether the page's title names it. */
+function stretch(name: string, flights: readonly FlightData[], make: (flight: FlightData) => HTMLButtonElement, alone: boolean): HTMLElement {
   const many = flights.every((flight) => flight.cell);
   const which = h("span", { class: "which" });
   const inner = many ? field(flights, make) : h("div", { class: "row" }, ...flights.map(make));
-  const part = h("div", { class: "stretch", role: "group", "aria-label": name }, h("h2", {}, name, many ? which : null), inner);
+  const part = h("div", { class: "stretch", role: "group", "aria-label": name }, h("h2", {}, many && alone ? null : name, many ? which : null), inner);
   if (many) {
     const tell = (event: Event | null): void => {
       const on = event?.target instanceof Element ? event.target.closest("button") : null;
       const meant = on ?? part.querySelector("[aria-current]");
-      which.textContent = meant ? ` · ${meant.querySelector(".name")?.textContent ?? ""}` : "";
+      which.textContent = meant ? `${alone ? "" : " · "}${meant.querySelector(".name")?.textContent ?? ""}` : "";
     };
     for (const kind of ["pointerover", "focusin", "click"]) part.addEventListener(kind, tell);
     for (const kind of ["pointerleave", "focusout"]) part.addEventListener(kind, () => tell(null));

@@ -158,13 +158,16 @@ class Summary(NamedTuple):
 
 
 class Cell(NamedTuple):
-    """Where a flight stands in the table of its group; the names of the axes with it."""
+    """Where a flight stands in the table of its group; the names of the axes with it. colour: of many flights like it, instead
+    of its own mark; empty: none.
+    """
 
     block: str
     row: str
     column: str
     rowAxis: str  # noqa: N815
     columnAxis: str  # noqa: N815
+    colour: str = ""
 
 
 class Rate(NamedTuple):

@@ -18,22 +18,18 @@ from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.single import FlownAgain, flown_again, write_flights
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.campaign.varied import variation_text
-from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, enough
-from quadstep.studies.envelope_map import (
-    CAUSES,
-    FLYABLE,
-    Cells,
-    cells_of,
-    draw_map,
-    in_brief,
-    table,
-)
+from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, coloured_by, enough
+from quadstep.studies.envelope_cells import CAUSES, FLYABLE, Cells, cells_of, table
+from quadstep.studies.envelope_map import colours, draw_map, in_brief
 from quadstep.studies.envelope_request import Request, Value
 from quadstep.studies.study import Flown, Study
 
 DATA, PICTURE = "envelope.parquet", "envelope"
 
 HEADER = ("panel", "cells", "flyable", "success rate", "RMSE of flyable cells [{}]", "outcomes of failed flights")
+
+
+MARKED = "Marked: fewer than half of the flights succeed; one that failed is shown."
 
 
 class Map(Study[Envelope]):
@@ -56,9 +52,10 @@ class Map(Study[Envelope]):
         seen = {int(envelope.cells.shown.flat[cell]): int(envelope.cells.successes.flat[cell]) for cell in cells}
         again = zip(seen.items(), flown_again(self.campaign, [*seen]), strict=True)
         found = {flight: self.named(one, flight, successes) for (flight, successes), one in again}
-        one = f"Each mark is one of the {self.asked.flights} flights of its combination; the report's map counts all of them."
-        intro = [one] if self.asked.flights > 1 else []
-        links = write_flights(out, self.campaign, found, dict(zip(seen, map(self.place, cells), strict=True)), intro=intro)
+        drawn = colours(envelope.cells)
+        places = {flight: self.place(cell, drawn[cell]) for flight, cell in zip(seen, cells, strict=True)}
+        said = [*coloured_by(envelope.cells), *[MARKED] * (self.asked.flights > 1 and not all(drawn))]
+        links = write_flights(out, self.campaign, found, places, intro=[" ".join(said)] if said else [])
         at = {flight % self.asked.cells: link for flight, link in links.items()}
         draw_map(out / PICTURE, self.asked, envelope.cells, sheet, at)
         name = self.campaign.file.name
@@ -78,13 +75,13 @@ class Map(Study[Envelope]):
             paper=booktabs(header, [rows], [name]),
         )
 
-    def place(self, cell: int) -> Cell:
-        """Where the page has a flight in its table."""
+    def place(self, cell: int, colour: str) -> Cell:
+        """Where the page has a flight in its table, and the map's colour there."""
         asked = self.asked
         panel, row, column = np.unravel_index(cell, asked.shape)
         block = asked.by.in_words(asked.by.values[panel]) if asked.by else ""
         at = asked.y.shown(asked.y.values[row]), asked.x.shown(asked.x.values[column])
-        return Cell(block, at[0], at[1], words(asked.y.key), words(asked.x.key))
+        return Cell(block, at[0], at[1], words(asked.y.key), words(asked.x.key), colour)
 
     def named(self, one: FlownAgain, flight: int, successes: int) -> FlownAgain:
         """The same, called by the values of its cell, and of several flights by which it is and how many succeed there."""

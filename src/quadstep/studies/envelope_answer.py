@@ -11,7 +11,8 @@ from quadstep.metrics.statistics import share
 from quadstep.mission.fields import words
 from quadstep.report import units
 from quadstep.studies.campaign.summary import as_sentence
-from quadstep.studies.envelope_map import FLYABLE, LEAST, Cells, by_success, coloured, fewest, too_few
+from quadstep.studies.envelope_cells import FLYABLE, Cells, needed, too_few
+from quadstep.studies.envelope_map import LEAST, by_success, coloured
 from quadstep.studies.envelope_request import MapAxis, Request
 
 
@@ -53,7 +54,8 @@ def answer(envelope: Envelope) -> str:
         counts = [f"{'all' if flyable.all() else f'{one.flyable} of'} {cells}" for one in envelope.panels]
         parts = [f"{counts[0]} {over}{' can be flown' * (not several)}{names[0]}"]
         parts += [f"{count}{name}" for count, name in zip(counts[1:], names[1:], strict=True)]
-        said = f"In {units.listed(parts)}, {enough(asked)} flights succeeded" if several else ", ".join(parts)
+        did = f"all {asked.flights}" if (envelope.cells.share[flyable] == 1.0).all() else enough(asked)
+        said = f"In {units.listed(parts)}, {did} flights succeeded" if several else ", ".join(parts)
         said += ": the map shows no limit" if flyable.all() else borders(envelope)
     more = f"{how_sure(envelope)}{as_sentence(asked.campaign.meaning)}{either_way(envelope)}{idle(envelope)}"
     return f"{said[0].upper()}{said[1:]}.{more}"
@@ -174,19 +176,13 @@ def idle(envelope: Envelope) -> str:
 def enough(request: Request) -> str:
     """How many of its flights must succeed for a combination to count as flyable."""
     flights = request.flights
-    return f"all {flights}" if fewest(flights) == flights else f"at least {fewest(flights)} of {flights}"
+    return f"all {flights}" if needed(flights) == flights else f"at least {needed(flights)} of {flights}"
 
 
 def caption(envelope: Envelope, linked: bool) -> str:
     """What the map shows, line by line. linked: whether cells with a circle are links."""
     cells, seen = envelope.cells, coloured(envelope.cells)
-    several, lines = envelope.asked.flights > 1, list[str]()
-    if by_success(cells):
-        lines.append(f"Colour: share of flights that succeed, {between(cells.share, units.percent)}; lighter means more.")
-    elif seen.any():
-        lighter = "; lighter means larger" * bool(np.ptp(cells.rmse[seen]))
-        what = f"{'median ' if several else ''}position RMSE"
-        lines.append(f"Colour: {what}, {between(cells.rmse[seen], length)}{lighter}.")
+    several, lines = envelope.asked.flights > 1, coloured_by(envelope.cells)
     if not seen.all():
         causes = cells.cause[~seen]
         few = (
@@ -203,10 +199,16 @@ def caption(envelope: Envelope, linked: bool) -> str:
     return "\n".join(lines)
 
 
+def coloured_by(cells: Cells) -> list[str]:
+    """What the colours of a map mean, in a sentence; none where there are none."""
+    seen = coloured(cells)
+    if by_success(cells):
+        return [f"Colour: share of flights that succeed, {between(cells.share, units.percent)}; lighter means more."]
+    lighter = "; lighter means larger" * bool(seen.any() and np.ptp(cells.rmse[seen]))
+    what = f"Colour: {'median ' * (cells.flights > 1)}position RMSE"
+    return [f"{what}, {between(cells.rmse[seen], lambda one: units.quantity(one, 'm'))}{lighter}."] if seen.any() else []
+
+
 def between(values: NDArray[np.float64], told: Callable[[float], str]) -> str:
     """The least and the largest of some numbers."""
     return " to ".join(dict.fromkeys((told(float(values.min())), told(float(values.max())))))
-
-
-def length(value: float) -> str:
-    return units.quantity(value, "m")

@@ -1,21 +1,17 @@
-"""The map of an envelope: flights gathered cell by cell, and drawn with one panel per value of --by, coloured by RMSE, grey
-and hatched where flights fail.
-"""
+"""The map of an envelope, drawn with one panel per value of --by, coloured by RMSE, grey and hatched where flights fail."""
 
 import math
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-import pyarrow as pa
 from matplotlib import colormaps
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import LogNorm, Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch, Rectangle
@@ -24,144 +20,16 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, PercentFormatter
 from numpy.typing import NDArray
 
-from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.metrics.requirements import unit
-from quadstep.metrics.statistics import Estimate, share
 from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
 from quadstep.report.units import metric, percent, quantity
-from quadstep.studies.campaign.draws import draw
-from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, value_column
 from quadstep.studies.campaign.varied import text_of
+from quadstep.studies.envelope_cells import CAUSES, MOSTLY, OVER_LIMIT, Cells, too_few
 from quadstep.studies.envelope_request import MapAxis, Request
-from quadstep.studies.study import Flown
-
-FLYABLE = 0.95
-"""The share of flights that must succeed for a cell to count as flyable."""
-
-
-def fewest(flights: int) -> int:
-    """How many of so many flights must succeed for a cell to count as flyable."""
-    return next(count for count in range(flights + 1) if count / flights >= FLYABLE)
-
-
-def too_few(flights: int) -> str:
-    return f"fewer than {fewest(flights)} of {flights} succeed"
-
-
-OVER_LIMIT = "over-limit"
-CAUSES = (OVER_LIMIT, *OUTCOMES[1:])
-"""Why a flight does not succeed: it completed, but failed by a limit of the user's; or it ended early."""
-
-MOSTLY = 0.5
-"""The share of flights that must succeed for a cell to show its error."""
-
-MEDIAN, MEAN = (RMSE.replace("[", f"_{what}[") for what in ("median", "mean"))
-
-
-class Cells(NamedTuple):
-    """Results of each cell, arrays over (panel, row, column).
-
-    causes: of those that did not succeed how many by each of `CAUSES` (a fourth index). completed: how many completed.
-    rmse, mean: median and mean RMSE [m], and largest: largest error [m] of these, NaN where missing. outcome: the most
-    frequent one. shown: the first flight that succeeds where at least `MOSTLY` of them do, elsewhere the first that does not.
-    """
-
-    flights: int
-    random: bool
-    causes: NDArray[np.int64]
-    completed: NDArray[np.int64]
-    rmse: NDArray[np.float64]
-    mean: NDArray[np.float64]
-    largest: NDArray[np.float64]
-    outcome: NDArray[np.int64]
-    shown: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
-
-    @property
-    def successes(self) -> NDArray[np.int64]:
-        return self.flights - self.causes.sum(axis=-1)
-
-    @property
-    def cause(self) -> NDArray[np.int64]:
-        """The most frequent of `CAUSES`, -1 where all succeed."""
-        return np.where(self.causes.any(axis=-1), self.causes.argmax(axis=-1), -1)
-
-    @property
-    def share(self) -> NDArray[np.float64]:
-        return self.successes / self.flights
-
-    @property
-    def flyable(self) -> NDArray[np.bool_]:
-        """Where at least `FLYABLE` of them do."""
-        return self.share >= FLYABLE
-
-
-def cells_of(request: Request, flown: Flown) -> Cells:
-    """The flights of a map gathered. Raises UserError for values that cannot be flown."""
-    cells = request.cells
-    causes = np.zeros((cells, len(CAUSES)), dtype=np.int64)
-    outcomes = np.zeros((cells, len(OUTCOMES)), dtype=np.int64)
-    rmse = np.full((request.flights, cells), np.nan)
-    largest = np.full(cells, np.nan)
-    ends = np.full((2, cells), request.flights)
-    for (_, first, past), flights in flown:
-        turn, cell = np.divmod(np.arange(first, past), cells)
-        outcome = flights[OUTCOME].combine_chunks().indices.to_numpy().astype(np.int64)
-        failed = ~flights[SUCCESS].to_numpy()
-        np.add.at(outcomes, (cell, outcome), 1)
-        np.add.at(causes, (cell[failed], outcome[failed]), 1)  # 0: it completed
-        np.minimum.at(ends, (failed.astype(int), cell), turn)
-        through = outcome == 0
-        rmse[turn[through], cell[through]] = flights[RMSE].to_numpy().astype(np.float64)[through]
-        np.fmax.at(largest, cell[through], flights[LARGEST].to_numpy().astype(np.float64)[through])
-    median, mean = middle(rmse)
-    return Cells(
-        flights=request.flights,
-        random=request.random,
-        causes=causes.reshape(*request.shape, -1),
-        completed=outcomes[:, 0].reshape(request.shape),
-        rmse=median.reshape(request.shape),
-        mean=mean.reshape(request.shape),
-        largest=largest.reshape(request.shape),
-        outcome=outcomes.argmax(axis=1).reshape(request.shape),
-        shown=cells * np.where(causes.sum(axis=1) <= (1.0 - MOSTLY) * request.flights, *ends) + np.arange(cells),
-    )
-
-
-def middle(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Median and mean of each column without its NaN; NaN for a column of NaN."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)
-        return np.nanmedian(values, axis=0), np.nanmean(values, axis=0)
-
-
-def table(request: Request, cells: Cells) -> pa.Table:
-    """One row per cell; missing values are null. Without chance in a cell, its share is no estimate."""
-    count = request.cells
-    drawn = draw(request.campaign.file, np.arange(count))
-    columns: dict[str, object] = {axis.key: value_column(drawn[axis.key]) for axis in reversed(request.axes)}
-    known = {successes: interval(cells, successes) for successes in np.unique(cells.successes).tolist()}
-    estimates = np.array([known[successes] for successes in cells.successes.ravel().tolist()])
-    columns["flights"] = pa.array(np.full(count, cells.flights))
-    columns["completed"] = pa.array(cells.completed.ravel())
-    columns |= {
-        name: pa.array(column) for name, column in zip(("success", "success_low", "success_high"), estimates.T, strict=True)
-    }
-    for name, values in zip((MEDIAN, MEAN, LARGEST), (cells.rmse, cells.mean, cells.largest), strict=True):
-        columns[name] = pa.array(values.ravel(), mask=~np.isfinite(values.ravel()))
-    columns["outcome"] = pa.array([OUTCOMES[place] for place in cells.outcome.ravel()]).dictionary_encode()
-    columns["cause"] = pa.array([CAUSES[i] if i >= 0 else None for i in cells.cause.ravel()], pa.string()).dictionary_encode()
-    return pa.table(columns)
-
-
-def interval(cells: Cells, successes: int) -> Estimate:
-    """The success rate of a cell with this many successes."""
-    value = successes / cells.flights
-    return share(successes, cells.flights) if cells.random else Estimate(value, value, value)
-
 
 COLOURS = "viridis"
 """Lighter where the error is larger, also in greyscale and for the colour-blind."""
@@ -207,7 +75,7 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Ma
             if place >= count:
                 axes.set_axis_off()
                 continue
-            draw_panel(axes, request, cells, place, norm)
+            draw_panel(axes, request, cells, place)
             link_cells(axes, request, place, links)
             if request.by:
                 axes.set_title(request.by.in_words(request.by.values[place]))
@@ -251,14 +119,25 @@ def coloured(cells: Cells) -> NDArray[np.bool_]:
     return (cells.share >= MOSTLY) | by_success(cells)
 
 
-def draw_panel(axes: Axes, request: Request, cells: Cells, place: int, norm: Normalize | None) -> None:
-    """One panel: x to the right, y up."""
-    good, cause = coloured(cells)[place], cells.cause[place]
-    image = np.ones((*good.shape, 4))
-    image[~good, 3] = 0.0
+def painted(cells: Cells) -> NDArray[np.float64]:
+    """The colours of all cells, as red, green, blue and opacity; that is 0 of those without one."""
+    norm, good = scale(cells), coloured(cells)
+    image = np.zeros((*good.shape, 4))
     if norm:
         values = cells.share if by_success(cells) else np.maximum(cells.rmse, LEAST)
-        image[good] = colormaps[COLOURS](norm(values[place][good]))
+        image[good] = colormaps[COLOURS](norm(values[good]))
+    return image
+
+
+def colours(cells: Cells) -> list[str]:
+    """The same as CSS, cell by cell; empty of those without one."""
+    return [to_hex((r, g, b)) if shown else "" for r, g, b, shown in painted(cells).reshape(-1, 4).tolist()]
+
+
+def draw_panel(axes: Axes, request: Request, cells: Cells, place: int) -> None:
+    """One panel: x to the right, y up."""
+    good, cause = coloured(cells)[place], cells.cause[place]
+    image = painted(cells)[place]
     across, up = edges(request.x), edges(request.y)
     axes.imshow(image, extent=(across[0], across[-1], up[0], up[-1]), origin="lower", aspect="auto", interpolation="none")
     for number, name in enumerate(CAUSES):
