@@ -13,6 +13,7 @@ from quadstep.mission.check import check
 from quadstep.mission.read import plan_mission
 from quadstep.mission.tune import Constraint
 from quadstep.report.progress import SILENT
+from quadstep.studies.campaign.draws import DrawnColumn
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of
 from quadstep.studies.tuning import run, search
@@ -350,12 +351,13 @@ def test_the_margins_that_were_asked_for_hold_for_the_mission_that_is_written(tm
 def test_a_loop_is_graded_at_the_ends_of_what_varies_too(tmp_path):
     """A loop that is sound with the mass as written is not called so where a heavier vehicle's is fragile."""
     there = ground(tmp_path, WINDY + SOFT)
+    drawn = there.draws(UNSEEN, there.asked.unseen).drawn
 
     def worst(fragile):
         def graded(one):
             return {"grade": "fragile" if fragile(one.vehicle.mass) else "sound", "why": "so"}
 
-        found = run.worst_grade(there, there.asked.present, graded)
+        found = run.worst_grade(there, drawn, there.asked.present, graded)
         return f"{found['grade']}: {found['why']}"
 
     heavy = r"fragile: at the largest vehicle mass flown, (2\.9\d+|3) kg, so; as the mission is written, it is sound"
@@ -363,4 +365,14 @@ def test_a_loop_is_graded_at_the_ends_of_what_varies_too(tmp_path):
     assert worst(lambda mass: mass < 2.45).startswith("fragile: at the smallest vehicle mass flown, 2.4")
     both = "sound: so; sound with the least and the largest vehicle mass that fly, too"
     assert worst(lambda mass: False) == both
-    assert run.worst_grade(there, there.asked.present, lambda _: {}) == {}
+    assert run.worst_grade(there, drawn, there.asked.present, lambda _: {}) == {}
+    drawn["controller.mass"] = DrawnColumn(np.array([2.5, 2.7]))
+    light = r"fragile: at the largest vehicle mass flown, \S+ kg and the smallest controller mass flown, 2\.5 kg, so; .*"
+
+    def corner(one):
+        return {"grade": "fragile" if one.vehicle.mass > 2.9 and one.controller.mass < 2.6 else "sound", "why": "so"}
+
+    found = run.worst_grade(there, drawn, there.asked.present, corner)
+    assert re.fullmatch(light, f"{found['grade']}: {found['why']}"), "which neither end is alone"
+    found = run.worst_grade(there, drawn, there.asked.present, lambda _: {"grade": "sound", "why": "so"})
+    assert found["why"].endswith("vehicle mass and controller mass that fly, too, in every combination")

@@ -146,7 +146,7 @@ def tune(
 
 def show(done: "Tuned", folder: Path) -> None:
     """Print what is to be read first, the gains, the comparison and its verdict."""
-    from quadstep.studies.tuning.report import GAINS, HEADER, gain_rows, measured_rows, near_ends, objective, searched
+    from quadstep.studies.tuning.report import GAINS, HEADER, gain_rows, measured_rows, near_ends, objective
 
     found, compared = done.found, done.compared
     for sentence in done.evidence.sentences:
@@ -155,9 +155,8 @@ def show(done: "Tuned", folder: Path) -> None:
     show_table(done.asked.mission.name, GAINS[:4], [one[:4] for one in gains])
     many = compared.flights > 1
     said = f"{compared.flights} unseen flights each, 95 % intervals" if many else "one flight each: all flights are identical"
-    show_table(said[0].upper() + said[1:], HEADER, measured_rows(compared))
-    searching = searched(done.asked, found, done.evidence.record["budget"])
-    for sentence in filter(None, (objective(done.asked), compared.from_the_start, searching, *done.evidence.graded)):
+    show_table(said[0].upper() + said[1:], HEADER[:3], [one[:3] for one in measured_rows(compared)])
+    for sentence in filter(None, (objective(done.asked), compared.from_the_start, *done.evidence.graded)):
         say(typeset(sentence))
     for key, where in near_ends(done.asked, done.values).items():
         say(f"{key} is {where}{'; a wider range may give more' * ('bound' in where)}.")

@@ -27,18 +27,19 @@ def evidence(
     request: TuningRequest,
     result: SearchResult,
     compared: Compared,
-    figures: Sequence[Figure],
+    search: Sequence[Figure],
     record: dict[str, object],
     first: str = "",
 ) -> Evidence:
-    """What was tuned, and what it is worth. record: of metrics.json. first: a sentence that comes before all others."""
+    """What was tuned, and what it is worth. search: figures of it. record: of metrics.json. first: a sentence that
+    comes before all others.
+    """
     gains, measured, many = gain_rows(request, result), measured_rows(compared), compared.flights > 1
     success = f"A flight succeeds if it completes{' and keeps every constraint on flights' if compared.kept else ''}."
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
     both = f"{flights}, the same for both; 95 % intervals. Differences of metrics are over flights completed with both."
     alone = "Nothing is random in this mission, so there is one flight with each set of gains."
-    written = "Margins and their limits are for the mission as written, whatever varies in flight." * bool(compared.limits)
-    notes = both if many else alone, success, objective(request), written, compared.from_the_start
+    notes = both if many else alone, success, objective(request), compared.from_the_start
     return Evidence(
         name=request.mission.name,
         kind="Tuning",
@@ -46,10 +47,7 @@ def evidence(
         sentences=[*filter(None, [first]), answer(compared)],
         record=record,
         facts=facts(compared),
-        figures=figures,
         sections=[
-            markup.links([("tuned.toml", "the mission with the tuned gains"), ("history.csv", "every candidate")]),
-            TableSection("The gains", "gains", GAINS, gains, set_as=units.rich),
             TableSection(
                 "On unseen flights" if many else "Both flights",
                 "unseen",
@@ -57,8 +55,12 @@ def evidence(
                 measured,
                 " ".join(filter(None, notes)),
             ),
+            TableSection("The gains", "gains", GAINS, gains, set_as=units.rich),
+            markup.links([("tuned.toml", "the mission with the tuned gains"), ("history.csv", "every candidate")]),
             TableSection("The search", "search", text=searched(request, result, record["budget"])),
+            *search,
         ],
+        fold=["search"],
         paper=booktabs(
             HEADER, [[(*one[:3], "") for one in gains], measured], [f"{request.mission.name}: {flights}, 95 % intervals"]
         ),
@@ -187,7 +189,7 @@ def with_limit(row: Row, limit: Constraint) -> list[str]:
             cells[place] += ", met" if limit.keeps(np.array([one.value])).all() else ", not met"
     kept = limit.least is not None and row.present is not None and math.isclose(limit.least, row.present.value, rel_tol=1e-8)
     asked = "not below the current" if kept else f"at {'least' if limit.most is None else 'most'} {asked}"
-    return [f"{words}, {asked}", *cells]
+    return [f"{words} as written, {asked}", *cells]
 
 
 def answer(compared: Compared) -> str:
@@ -250,20 +252,15 @@ def moved(compared: Compared, one: Row) -> str:
 
 
 def facts(compared: Compared) -> list[markup.Fact]:
-    """Success with either, and what becomes of the error and of the objective."""
-    alone, (present, tuned), (words, *_) = compared.flights == 1, compared.success, compared.rows[0].texts
-    both = {"success rate, current gains": present, "success rate, tuned gains": tuned}
-    found = [
-        markup.Fact(name, units.percent(one.value), units.interval_of_share(*one) * (not alone))
-        for name, one in (both if present != tuned else {"success rate, current and tuned": tuned}).items()
-    ]
-    if compared.change and compared.verdict != UNCHANGED:
-        before, after, _ = units.in_one_unit(compared.rows[0][1:], "m", units.estimate)
-        found.append(markup.Fact(f"{'' if alone else 'mean '}{words}, current to tuned", f"{before} → {after}"))
-        value, low, high = (100.0 * part for part in compared.change)
-        more = f"95 % interval: [{low:+.3g}, {high:+.3g}] %".replace("-", "−") if math.isfinite(low) else ""
-        found.append(markup.Fact("objective, tuned - current", f"{value:+.3g} %".replace("-", "−"), more))
-    return found
+    """What becomes of the error and of the objective."""
+    if not compared.change or compared.verdict == UNCHANGED:
+        return []
+    words = "mean " * (compared.flights > 1) + compared.rows[0].texts[0]
+    before, after, _ = units.in_one_unit(compared.rows[0][1:], "m", units.estimate)
+    value, low, high = (100.0 * part for part in compared.change)
+    more = f"95 % interval: [{low:+.3g}, {high:+.3g}] %".replace("-", "−") if math.isfinite(low) else ""
+    changed = markup.Fact("objective, tuned - current", f"{value:+.3g} %".replace("-", "−"), more)
+    return [markup.Fact(f"{words}, current to tuned", f"{before} → {after}"), changed]
 
 
 def shares(words: str, alone: bool, found: Sequence[Estimate], asked: float = math.nan) -> list[str]:

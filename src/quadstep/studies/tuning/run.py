@@ -1,13 +1,14 @@
 """`quadstep tune`: from a mission to one with better gains."""
 
 import contextlib
+import itertools
 import math
 import os
 import shutil
 import tomllib
 from collections.abc import Mapping, MutableMapping
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import NamedTuple, TypeAlias, cast
 
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
@@ -28,6 +29,7 @@ from quadstep.report.evidence import Evidence, Figure
 from quadstep.report.progress import SILENT, Progress
 from quadstep.report.publish import publishing, write_csv
 from quadstep.report.sheet import Sheet
+from quadstep.studies.campaign.draws import DrawnColumn
 from quadstep.studies.campaign.report import from_the_start
 from quadstep.studies.campaign.schema import digests, strings
 from quadstep.studies.tuning.before_after import picture
@@ -39,6 +41,10 @@ from quadstep.studies.tuning.search import Candidate, Search, SearchResult, chec
 
 TUNED, HISTORY, PICTURE = "tuned.toml", "history.csv", "convergence"
 OBJECTIVE = "objective"
+Drawn: TypeAlias = Mapping[str, DrawnColumn]
+
+TOGETHER = 3
+"""Most numbers whose ends are graded in every combination."""
 
 
 class Tuned(NamedTuple):
@@ -69,27 +75,31 @@ def tune(
     with publishing(folder, digest_of(wanted.text, named, budget, seed), overwrite, named=named) as out:
         ground = CandidateFlyer(wanted, seed)
         found = Search([ground], budget - 2 * wanted.unseen, seed, progress).run()
-        compared, both = on_unseen(ground, found, progress)
+        drawn = ground.draws(UNSEEN, wanted.unseen).drawn
+        compared, both = on_unseen(ground, found, drawn, progress)
         ground.flyer.say_slow()
         content = wanted.with_gains(found.best.values)
-        tuned, current = (worst_grade(ground, values, grading) for values in (found.best.values, found.present.values))
+        tuned, current = (worst_grade(ground, drawn, one.values, grading) for one in (found.best, found.present))
         careful = caution(current, tuned)
         first = " ".join(filter(None, (broken(wanted, found, compared), careful)))
         elsewhere = write_mission(out, wanted, content, first)
         write_parameters(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
         drawn_on = (sheet or Sheet()).shown()
-        figures = [draw_search(out / PICTURE, wanted, found, drawn_on)] if led(found) else []
+        searched = [draw_search(out / PICTURE, wanted, found, drawn_on)] if led(found) else []
         if both:
             both.draw(out, drawn_on)
-            figures.insert(0, Figure(both.name, both.caption))
         record = as_json(wanted, found, compared, budget, seed)
-        shown = evidence(wanted, found, compared, figures, record, first)._replace(grade=tuned, told=bool(careful))
+        shown = evidence(wanted, found, compared, searched, record, first)._replace(
+            grade=tuned, told=bool(careful), figures=[Figure(both.name, both.caption)] if both else []
+        )
         shown.write(out)
     return Tuned(wanted, found, compared, elsewhere, shown)
 
 
-def on_unseen(ground: CandidateFlyer, result: SearchResult, progress: Progress) -> tuple[Compared, FigureJob | None]:
+def on_unseen(
+    ground: CandidateFlyer, result: SearchResult, drawn: Drawn, progress: Progress
+) -> tuple[Compared, FigureJob | None]:
     """Compare the present and the tuned gains on flights that the search has not seen, and lay one over the other."""
     flights = result.history[-1].flights
 
@@ -103,33 +113,37 @@ def on_unseen(ground: CandidateFlyer, result: SearchResult, progress: Progress) 
         flown.with_values(ground.margins(values, ground.asked.section.margins))
         for flown, values in zip(ground.fly(both, UNSEEN, ground.asked.unseen, advance), both, strict=True)
     )
-    mission, drawn = ground.asked.mission, ground.draws(UNSEEN, ground.asked.unseen).drawn
     largest = tuned.metric("largest_error")
-    said = from_the_start(mission, drawn, lambda key: drawn[key].values.astype(float), largest, tuned.completed)
+    said = from_the_start(ground.asked.mission, drawn, lambda key: drawn[key].values.astype(float), largest, tuned.completed)
     found = compare(result.judge, present, tuned, changed=both[0] != both[1])
     found = found._replace(from_the_start=f"With the tuned gains: {said[:1].lower()}{said[1:]}" if said else "")
     return found, picture(ground, both, (present, tuned)) if both[0] != both[1] else None
 
 
-def worst_grade(ground: CandidateFlyer, values: Mapping[str, float], grading: Grading) -> Mapping[str, str]:
-    """Of the loop at rest with these gains: as the mission is written, or where a number of its vehicle or controller is the
-    least or largest of the unseen flights, whichever is worst, and where that is.
+def worst_grade(ground: CandidateFlyer, drawn: Drawn, values: Mapping[str, float], grading: Grading) -> Mapping[str, str]:
+    """Of the loop at rest with these gains: as the mission is written, or where numbers of its vehicle and controller are the
+    least or largest of the unseen flights, up to `TOGETHER` in every combination, more one by one, whichever is worst, and
+    where that is. drawn: for these.
     """
-    planner, drawn = ground.flyer.planner, ground.draws(UNSEEN, ground.asked.unseen).drawn
+    planner = ground.flyer.planner
     mission, graded = planner.mission(values), []
     keys = [key for key in drawn if key.startswith(("vehicle.", "controller.")) and drawn[key].options is None]
-    for key in keys:
-        for which, end in (("smallest", drawn[key].values.min()), ("largest", drawn[key].values.max())):
-            place = f"at the {which} {words(key)} flown, {end:.4g} {unit(mission, key)}".strip()
-            graded.append((place, grading(planner.mission({**values, key: float(end)}))))
+    ends = [[(key, "smallest", drawn[key].values.min()), (key, "largest", drawn[key].values.max())] for key in keys]
+    corners = itertools.product(*ends) if len(keys) <= TOGETHER else zip(itertools.chain(*ends), strict=True)
+    for corner in corners if keys else ():
+        said = [f"the {which} {words(key)} flown, {end:.4g} {unit(mission, key)}".strip() for key, which, end in corner]
+        with contextlib.suppress(UserError):  # a corner may be no vehicle
+            there = planner.mission({**values, **{key: float(end) for key, _, end in corner}})
+            graded.append((f"at {units.listed(said)}", grading(there)))
     written = grading(mission)
     where, worst = min([("", written), *graded], key=lambda one: WORST_FIRST.index(one[1].get("grade", SOUND)))
     if where and written:
         return {**worst, "why": f"{where}, {worst['why']}; as the mission is written, it is {written['grade']}"}
-    if not (graded and written):
+    if not (keys and written):
         return written
-    ends = f"with the least and the largest {units.listed([words(key) for key in keys])} that fly, too"
-    return {**worst, "why": f"{worst['why']}; {worst['grade']} {ends}"}
+    how = "" if len(keys) == 1 else ", in every combination" if len(keys) <= TOGETHER else ", one at a time"
+    ends_too = f"with the least and the largest {units.listed([words(key) for key in keys])} that fly, too{how}"
+    return {**worst, "why": f"{worst['why']}; {worst['grade']} {ends_too}"}
 
 
 def named_files(request: TuningRequest) -> tuple[list[str], list[str]]:
