@@ -15,13 +15,11 @@ from matplotlib.transforms import Bbox
 from quadstep.engines.fly import fly
 from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.interfaces.closed_loop import Outcome
-from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.metrics.verdict import graded
 from quadstep.mission.check import check
 from quadstep.mission.fields import words
-from quadstep.mission.schema import Mission
 from quadstep.report import canvas, units
 from quadstep.report.panel import Track
 from quadstep.studies.campaign import key_text, pictures, report, report_text, single
@@ -38,7 +36,6 @@ from quadstep.studies.campaign.summary import WorstFlight, summarise
 from quadstep.studies.campaign.varied import Bins, VariedKey, variation_text, varied_keys
 from tests.campaigns import MASS, campaign, leftovers, manifest, rows, varying, written
 from tests.flights import METRICS
-from tests.graded import HOVER
 from tests.pages import data_of, fly_page, needs_node
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -588,35 +585,6 @@ def test_largest_errors_that_are_the_starts_own_are_said_to_be_from_more_than_ha
     assert "`score_from`" in most
     assert "score_from" not in report_text.from_the_start(offsets, offsets, False)  # which the paper's plant does not have
     assert report_text.from_the_start(np.array([1.0, 0.5, 0.0, 2.1]), offsets, True) == ""
-
-
-def test_largest_errors_of_the_start_are_told_where_most_flights_have_them():
-    """Of random flights: so many as have their peak in the first tenth of the time that counts; lost ones say nothing."""
-    random = np.random.default_rng(2)
-    real = Mission.model_validate({"path": HOVER, "vehicle": {"preset": "x500"}})
-    times, said = np.linspace(0.0, 10.0, 101), set()
-    for since in (0.0, 2.0):
-        mission = real.model_copy(update={"score_from": since})
-        for _ in range(40):
-            logs, early = [], 0
-            for _ in range(5):
-                lost, peak = random.random() < 0.2, random.choice([since + 0.3, since + 3.0])
-                rows = np.zeros((101, 7))
-                rows[:, 0], rows[:, 1] = times, np.where(times < since, 9.0, 1.0 / (1.0 + np.abs(times - peak)))
-                outcome = Outcome.OFF_PATH if lost else Outcome.COMPLETED
-                logs.append(
-                    FlightLog(dict.fromkeys(("t", "x", "y", "z", "x_d", "y_d", "z_d"), "m"), rows, outcome, 10.0, None)
-                )
-                early += not lost and peak < since + 1.0
-            completed = sum(one.outcome is Outcome.COMPLETED for one in logs)
-            found = report_text.soon_after(logs, mission)
-            assert bool(found) == (2 * early > completed)
-            assert not found or found.startswith(f"In {early} of the {completed} completed flights below, ")
-            said.add(bool(found))
-    assert said == {True, False}
-    early = logs[0]._replace(outcome=Outcome.COMPLETED, rows=np.where(np.arange(7) == 1, 1.0 - 0.1 * times[:, None], rows))
-    assert "`score_from`" in report_text.soon_after([early], real)
-    assert "`score_from`" not in report_text.soon_after([early], Mission.model_validate({"path": HOVER}))
 
 
 def test_what_all_failed_flights_share_is_told_only_where_chance_does_not_explain_it():

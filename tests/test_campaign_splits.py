@@ -35,7 +35,7 @@ def test_flights_that_fail_at_random_depend_on_nothing():
 def inside(values, text):
     """The flights that the words for a range mean."""
     text = text.replace("\N{NO-BREAK SPACE}", " ")
-    if about := re.search(r"(?: of| off) 1 kg$", text):
+    if about := re.search(r"(?: of| from) 1 kg$", text):
         values, text = np.abs(values - 1.0), text[: about.start()]
     numbers = [float(one) for one in re.findall(r"[\d.]+", text)]
     low, high = (numbers[0], np.inf) if len(numbers) == 1 else numbers
@@ -69,6 +69,31 @@ def test_the_counts_that_are_told_are_those_of_the_flights():
     assert seen == {("mean wind along x", False), ("nets", False), ("vehicle mass", True)}
 
 
+def test_what_is_said_of_the_best_choice_and_of_its_lost_flights_is_counted_whatever_the_campaign():
+    """And that more are lost there is said wherever a larger share of them is, and nowhere else."""
+    random, seen = np.random.default_rng(7), set()
+    for _ in range(120):
+        columns = drawn(random, int(random.integers(200, 2000)))
+        nets = columns["controller.nets.enabled"].values
+        failed = random.random(len(nets)) < random.choice([0.02, 0.3, 0.8], 2)[nets]
+        lost = failed & (random.random(len(nets)) < random.choice([0.0, 0.1, 0.9], 2)[nets])
+        said = findings(failed, {"lost flights": lost}, columns, UNITS)[0].replace("\N{NO-BREAK SPACE}", " ")
+        if not said:
+            continue
+        best, other = ((nets == ["on", "off"].index(one)) for one in re.findall(r"with nets (on|off)", said)[:2])
+        rates = [
+            (units.percent(1.0 - failed[some].mean()).replace("\N{NO-BREAK SPACE}", " "), some.sum()) for some in (best, other)
+        ]
+        assert [(one, int(size)) for one, size in re.findall(r"([\d.]+ %) of (\d+)", said)] == rates
+        assert failed[best].mean() <= failed[other].mean()
+        told = re.search(r"(\d+) of the (\d+) lost flights are with nets (on|off)\.$", said)
+        assert bool(told) == (lost[best].mean() > lost[other].mean())
+        if told:
+            assert (int(told[1]), int(told[2])) == ((lost & best).sum(), lost.sum()) and said.count(f"nets {told[3]}") == 2
+        seen.add(bool(told))
+    assert seen == {True, False}
+
+
 def test_a_finding_has_the_keys_that_it_is_of_also_where_the_words_of_one_key_are_in_those_of_another():
     random = np.random.default_rng(6)
     columns = drawn(random, 2000)
@@ -94,14 +119,14 @@ def test_a_key_that_is_worst_at_both_ends_is_told_by_its_distance_from_the_missi
     said = one.sentence.replace("\N{NO-BREAK SPACE}", " ")
     count = failed.sum()
     assert said == (
-        f"The success rate varies with vehicle mass: 0 % at least 0.12 kg off 1 kg ({count} flights), 100 % within 0.12 kg of "
-        f"1 kg ({2000 - count} flights)."
+        f"The success rate varies with vehicle mass: 0 % at 0.12 kg or more from 1 kg ({count} flights), "
+        f"100 % within 0.12 kg of 1 kg ({2000 - count} flights)."
     )
     (one,) = splits(failed, columns, UNITS)
     assert [text.replace("\N{NO-BREAK SPACE}", " ") for *_, text in one.bands] == [
         "below 0.88 kg",
-        "from 0.88 to 1.12 kg",
-        "from 1.12 kg on",
+        "at 0.88 to 1.12 kg",
+        "at 1.12 kg or more",
     ]
 
 

@@ -161,46 +161,69 @@ def by_key(bins: Bins, success: NDArray[np.bool_], rmse: Numbers, where: NDArray
     return ByKey({i: share(int(good[i]), int(counts[i])) for i in np.flatnonzero(counts).tolist()}, errors)
 
 
-def draw_key(path: Path, key: str, bins: Bins, lines: Mapping[str, ByKey], sheet: Sheet = SCREEN) -> None:
-    """Success rate and position RMSE over one key. lines: by the value of another key, if that matters much."""
+class PlottedKey(NamedTuple):
+    """What is drawn over a key. name: as its axis has it; lines: by the value of another key, if that matters much."""
+
+    name: str
+    bins: Bins
+    lines: Mapping[str, ByKey]
+
+
+def draw_keys(path: Path, keys: Sequence[PlottedKey], sheet: Sheet = SCREEN) -> None:
+    """Success rates over keys side by side; over one, also the position RMSE."""
     with drawing(sheet):
-        crowded, columns = len(bins.labels) > 5, sheet.side_by_side(2, 3.0)
-        room = 0.75 * sheet.inches(COLUMN) / columns / max(1, bins.size)
-        labels = bins.labels if crowded else [wrapped(one, room, rcParams["font.size"]) for one in bins.labels]
-        below = 0.55 + (
-            0.05 * max(map(len, labels)) if crowded else 0.16 * max((one.count("\n") for one in labels), default=0)
-        )
-        above = 0.6 if len(lines) > 1 else 0.3
+        panels = [(one, draw_success) for one in keys] + [(one, draw_errors) for one in keys if len(keys) == 1]
+        columns = sheet.side_by_side(len(panels), 2.4)
+        rows, size = -(-len(panels) // columns), rcParams["font.size"]
+        room = [0.75 * sheet.inches(COLUMN) / columns / max(1, one.bins.size) for one in keys]
+        labels = [
+            one.bins.labels if len(one.bins.labels) > 5 else [wrapped(label, wide, size) for label in one.bins.labels]
+            for one, wide in zip(keys, room, strict=True)
+        ]
+        lines = [max(0.05 * len(one) if len(some) > 5 else 0.16 * one.count("\n") for one in some or [""]) for some in labels]
+        below = 0.55 + max(lines)
+        above = 0.6 if any(len(one.lines) > 1 for one in keys) else 0.3
         height = 1.7 + above + below
-        size = COLUMN, height, 0.8 * height * 2 / columns
-        figure = new_figure(sheet, size, 0.075, below / height, 0.985, 1.0 - above / height, 0.2)
-        axes = figure.subplots(2 // columns, columns, squeeze=False).ravel()
-        success, errors = axes
-        draw_success(success, bins, {what: shown.good for what, shown in lines.items()})
-        draw_errors(errors, bins, {what: shown.errors for what, shown in lines.items()})
-        if len(lines) > 1:
-            success.legend(loc="lower left", bbox_to_anchor=(-0.03, 1.12), ncols=len(lines))  # hides no interval
-        for one in axes:
-            if bins.edges is not None and bins.edges[0] < bins.edges[-1]:
-                one.set_xlim(bins.edges[0], bins.edges[-1])
-            one.set_xlabel(key)
-            if bins.edges is None:
-                one.set_xticks(range(bins.size), labels)
-                one.tick_params(axis="x", rotation=35 if crowded else 0)
-                for label in one.get_xticklabels() if crowded else ():
-                    label.set_horizontalalignment("right")
-                    label.set_rotation_mode("anchor")
-                one.set_xlim(-0.6, bins.size - 0.4)
-                one.grid(axis="x", visible=False)
-            elif bins.log:
-                logarithmic(one)
+        sides = 0.075, below / height, 0.985, 1.0 - above / height, 0.2
+        figure = new_figure(sheet, (COLUMN, height * rows, 0.8 * height * len(panels) / columns), *sides)
+        grid = figure.subplots(rows, columns, squeeze=False)
+        beside = {"loc": "lower left", "bbox_to_anchor": (-0.03, 1.12)}  # hides no interval
+        for place, (axes, (one, draw)) in enumerate(zip(grid.ravel(), panels, strict=False)):
+            draw(axes, one)
+            if len(keys) > 1:
+                axes.set_title("succeed [%]" if place % columns == 0 else "")
+            over_key(axes, one, labels[place % len(keys)])
+            if len(one.lines) > 1 and (not place or one.lines.keys() != keys[0].lines.keys()):
+                axes.legend(ncols=len(one.lines), **beside)
+        lowest = min(axes.get_ylim() for axes in grid.ravel()[: len(panels)])
+        for place, axes in enumerate(grid.ravel()):
+            axes.set_ylim(lowest if len(keys) > 1 else None)  # one scale for all
+            axes.set_visible(place < len(panels))
         write(figure, path, sheet)
 
 
-def draw_success(axes: Axes, bins: Bins, lines: Mapping[str, Mapping[int, Estimate]]) -> None:
+def over_key(axes: Axes, key: PlottedKey, labels: Sequence[str]) -> None:
+    """The axis of a key."""
+    bins, crowded = key.bins, len(labels) > 5
+    axes.set_xlabel(key.name)
+    if bins.edges is not None and bins.edges[0] < bins.edges[-1]:
+        axes.set_xlim(bins.edges[0], bins.edges[-1])
+    if bins.edges is None:
+        axes.set_xticks(range(bins.size), labels)
+        axes.tick_params(axis="x", rotation=35 if crowded else 0)
+        for label in axes.get_xticklabels() if crowded else ():
+            label.set_horizontalalignment("right")
+            label.set_rotation_mode("anchor")
+        axes.set_xlim(-0.6, bins.size - 0.4)
+        axes.grid(axis="x", visible=False)
+    elif bins.log:
+        logarithmic(axes)
+
+
+def draw_success(axes: Axes, key: PlottedKey) -> None:
     """The share of successes in each bin, with its interval."""
-    least = 100.0
-    for color, (name, good) in zip(CURVES, lines.items(), strict=False):
+    least, bins, lines = 100.0, key.bins, key.lines
+    for color, (name, (good, _)) in zip(CURVES, lines.items(), strict=False):
         value, low, high = (100.0 * np.array(part) for part in zip(*good.values(), strict=True))
         at, left, right = across(bins, list(good))
         axes.hlines(value, left, right, color=color, linewidth=1.2)
@@ -214,8 +237,9 @@ def draw_success(axes: Axes, bins: Bins, lines: Mapping[str, Mapping[int, Estima
     axes.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:.10g}"))
 
 
-def draw_errors(axes: Axes, bins: Bins, lines: Mapping[str, Mapping[int, Numbers]]) -> None:
+def draw_errors(axes: Axes, key: PlottedKey) -> None:
     """Median and the middle 80 % of the position RMSE in each bin."""
+    bins, lines = key.bins, {name: one.errors for name, one in key.lines.items()}
     every = np.array([some for errors in lines.values() for some in errors.values()]).reshape(-1, len(QUANTILES))
     unit, factor = units.handy("m", float(every.max(initial=0.0)))
     axes.set_title(f"position RMSE [{unit}]: median and middle 80 %")

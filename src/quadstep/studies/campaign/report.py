@@ -24,10 +24,11 @@ from quadstep.studies.campaign import report_text as text
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, TIME
 from quadstep.studies.campaign.pictures import (
     SCREEN,
+    PlottedKey,
     PlottedMetric,
     by_key,
     draw_distributions,
-    draw_key,
+    draw_keys,
     draw_ranking,
 )
 from quadstep.studies.campaign.schema import Campaign
@@ -54,13 +55,10 @@ FEWEST, FEWEST_EITHER = 40, 10
 FEWEST_BARS = 3
 """Of a figure; fewer say what a sentence does."""
 
-SEEN = 2
-"""Pictures of the worst flights, and remarks on them, that are there at once."""
-
 SPREAD = "spread evenly from the smallest position RMSE to the largest"
 
 MOST_FIRST = 3
-"""Most figures at the top."""
+"""Most keys of the figure at the top."""
 
 MOST_PICTURES = 12
 """Most keys that get a figure: those that explain most."""
@@ -112,9 +110,8 @@ def evidence(of: ReportSubject) -> Evidence:
     success, worst = flown[SUCCESS].to_numpy(), [one.flight for one in summary.worst]
     seen = [*worst, *([] if summary.copies else others(rmse, worst))]
     again = dict(zip(seen, flown_again(of.campaign, seen), strict=True))
-    mission, keys, logs = of.campaign.mission, of.campaign.file.keys, [one.log for one in again.values() if one.log]
+    mission, keys = of.campaign.mission, of.campaign.file.keys
     begun = from_the_start(mission, keys, lambda key: number(of.store.read([key])[key]), number(flown[LARGEST]), through)
-    begun = begun or text.soon_after(logs, mission)
     first, more = key_sections(of, rmse, success)
     ends = distribution_section(of, flown, through)
     errors = [figure("distributions", text.errors_seen(summary))] if (of.folder / "distributions.svg").is_file() else []
@@ -141,6 +138,7 @@ def evidence(of: ReportSubject) -> Evidence:
         paper=text.for_a_paper(summary, name),
         grade=summary.rest,
         told=summary.rest.get("grade") == SOUND,
+        fold=("distributions", "ranking", "keys", "flights", "worst", "flown", "reading"),
     )
 
 
@@ -223,28 +221,28 @@ def key_sections(
     named = {key for about in findings.values() for key in about}
     body += key_text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()})
     at_top = list(dict.fromkeys(about[0] for about in list(findings.values())[bool(of.summary.by) :]))[:MOST_FIRST]
-    tops: dict[str, Figure] = {}
-    seen: list[Section] = []
-    others: list[Figure] = []
+    drawn: dict[str, PlottedKey] = {}
+    shown: dict[str, Figure] = {}
     clear = {key for key in keys if key_text.ERROR in ranking[key] and certain(ranking[key][key_text.ERROR], len(ranking))}
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
         cut = bins(columns[key], campaign.file.vary.get(key))
         name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
         apart = next((other for other in ranking if other in (named | clear) - {key} and few_values(columns[other])), None)
         lines = {what: by_key(cut, success, rmse, where) for what, where in values_of(apart, columns, len(success)).items()}
-        draw_key(of.folder / name, label(campaign.mission, key), cut, lines, of.sheet)
+        drawn[key] = PlottedKey(label(campaign.mission, key), cut, lines)
+        draw_keys(of.folder / name, [drawn[key]], of.sheet)
         told = text.of_key(findings, key)
         if not (told or of.summary.statistical):
             told = [key_text.extremes(key, cut, lines, unit(campaign.mission, key))]
-        shown = figure(name, key_text.over_key(key, told))
-        if key in at_top:
-            tops[key] = shown
-        elif not (of.summary.by and key == next(iter(findings.values()))[0]):  # which the answer is of
-            (seen if len(keys) == 1 or key in named | clear else others).append(shown)
-    body += [key_text.keys(len(keys), MOST_PICTURES), *seen] if seen or others else []
-    rest = "".join(one.html(of.out) for one in others)
-    body += [markup.disclosure("Keys that make no significant difference", rest)] if rest else []
-    return [tops[key] for key in at_top if key in tops], body
+        shown[key] = figure(name, key_text.over_key(key, told))
+    at_top = [key for key in at_top if key in drawn]
+    tops = [shown.pop(key) for key in at_top if len(at_top) == 1]
+    if at_top and not tops:
+        draw_keys(of.folder / "keys", [drawn[key] for key in at_top], of.sheet)
+        said = [one for one in list(findings)[bool(of.summary.by) :] if findings[one][0] in at_top]
+        tops = [figure("keys", "\n".join([*said, "Bars: exact 95 % intervals."]))]
+    body += [key_text.keys(len(keys), MOST_PICTURES)] if shown else []
+    return tops, [*body, *shown.values()]
 
 
 def ranked(keys: list[str], estimates: Mapping[str, Mapping[str, Estimate]]) -> dict[str, dict[str, Estimate]]:
@@ -309,8 +307,7 @@ def worst_section(of: ReportSubject, flown: pa.Table, again: Mapping[int, FlownA
             pictures.append(TableSection(text=f"{title}; {why}."))
         differs = text.differing(one, log, of.campaign) if log else ""
         pictures += [TableSection(text=differs)] * bool(differs)
-    rest = "".join(one if isinstance(one, str) else one.html(of.out) for one in pictures[SEEN:])
-    return [*body, *pictures[:SEEN], *([markup.disclosure("The others", rest)] if rest else [])]
+    return [*body, *pictures]
 
 
 def moving(of: ReportSubject, flown: pa.Table, lost: NDArray[np.bool_], links: Mapping[int, str]) -> list[Section]:

@@ -7,12 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
-from quadstep.metrics.quantities import LoggedFlight, position_error, position_errors
+from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.statistics import Estimate, exact_share
 from quadstep.mission.fields import label
-from quadstep.mission.schema import Mission
 from quadstep.report import markup, units
 from quadstep.report.evidence import Section, TableSection
 from quadstep.report.publish import booktabs
@@ -170,27 +168,6 @@ def from_the_start(largest: NDArray[np.float64], offsets: NDArray[np.float64], c
     said = f"In {count} of {units.counted(len(largest), 'completed flight')} the largest error is the one at the start"
     said += ", which is off the path."
     return f"{said} Set `score_from` in the mission to leave the first seconds out." if can_leave_out else said
-
-
-FIRST = 0.1
-"""Of the time in which errors count, what may still be the start."""
-
-
-def soon_after(logs: Sequence[FlightLog], mission: Mission) -> str:
-    """That the largest errors come as soon as errors count, if those of most completed flights do; else nothing."""
-    since, counts = float(mission.scored_from), []
-    for log in (one for one in logs if one.outcome is Outcome.COMPLETED):
-        found = position_error(LoggedFlight(log, since))
-        if found and len(found.t):
-            last, peak = float(found.t[-1]), float(found.t[np.linalg.norm(found.values, axis=1).argmax()])
-            counts.append(peak - since <= FIRST * (last - since))
-    if 2 * sum(counts) <= len(counts):
-        return ""
-    later = " Set a later `score_from` in the mission to leave it out." if "score_from" in type(mission).model_fields else ""
-    return (
-        f"In {sum(counts)} of the {len(counts)} completed flights below, the largest error is in the first tenth of the time "
-        f"that counts: it is probably that of the start.{later}"
-    )
 
 
 def worst(

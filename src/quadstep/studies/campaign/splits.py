@@ -57,10 +57,8 @@ class KeyOrder(NamedTuple):
         if not low:
             return f"{'within' if near else 'below'} {self.ends[high - 1]}{self.unit}{near}"
         if last:
-            return f"{'at least ' if near else 'from '}{self.ends[low - 1]}{self.unit}{near.replace('from', 'off') or ' on'}"
-        return (
-            f"{'at' if near else 'from'} {self.ends[low - 1]} to {self.ends[high - 1]}{self.unit}{near.replace('from', 'off')}"
-        )
+            return f"at {self.ends[low - 1]}{self.unit} or more{near}"
+        return f"at {self.ends[low - 1]} to {self.ends[high - 1]}{self.unit}{near}"
 
 
 class Split(NamedTuple):

@@ -22,7 +22,6 @@ WORST, FEWEST_ABOVE = 5, 2
 FEWEST = 20
 """Fewest flights beyond a quantile for its interval to mean anything."""
 
-
 FEW = "too few flights for a 95 % interval"
 
 COPIES = "Its {} flights do not differ, so there are no statistics."
@@ -34,7 +33,6 @@ POINTS = "Its {} flights are {} of a grid, without noise, so there are no statis
 FIRST = "Its {} flights are only the first of a grid of {} points, so there are no statistics."
 ROUNDS = "Its {} flights do not cover its grid of {} points evenly, so there are no statistics."
 """Of a campaign that flies some points of its grid more often than others."""
-
 
 SINGLE = "It is a single flight, which gives no success rate."
 

@@ -85,15 +85,12 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
     ]
     said = sentences(summary, file.rare.method, campaign.meaning)
     value, low, high = (units.number(part) for part in summary.probability)
-    estimated = markup.Fact("probability of failure", value, f"95 % interval: {low} to {high}")
-    facts = [
-        estimated if summary.probability.value else markup.Fact(estimated.what, f"at most {high}", f"with {CONFIDENCE}"),
-        markup.Fact("flights", f"{summary.flights:,}", "in all"),
-    ]
-    if summary.one_by_one and not common(summary):
-        facts.append(
-            markup.Fact("plain Monte Carlo", f"about {rounded(summary.one_by_one, 1)}", "flights for an interval as wide")
-        )
+    facts = [markup.Fact("probability of failure", value, f"95 % interval: {low} to {high}")]
+    if summary.warnings or not summary.probability.value:
+        facts = [markup.Fact("flights that fail", summary.crude.range_text, f"with {CONFIDENCE}", kind="fair")]
+    plain = f"plain Monte Carlo: about {rounded(summary.one_by_one or 0.0, 1)} for an interval as wide"
+    saved = summary.one_by_one and not (common(summary) or summary.warnings)
+    facts.append(markup.Fact("flights", f"{summary.flights:,}", plain if saved else ""))
     kinds = climbed(record.pieces)
     about = {"version": __version__, "campaign": str(path), "name": file.name, "method": file.rare.method.value}
     return Evidence(

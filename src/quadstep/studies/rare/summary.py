@@ -11,6 +11,7 @@ from quadstep.metrics.registry import AT_REST
 from quadstep.metrics.statistics import LEVEL, NORMAL, Estimate, exact_share, student_quantile
 from quadstep.report import units
 from quadstep.studies.campaign.schema import Method
+from quadstep.studies.campaign.summary import within
 from quadstep.studies.rare.mixture import Floats
 from quadstep.studies.rare.point_flyer import Failure
 from quadstep.studies.rare.replicates import PieceKind
@@ -46,16 +47,17 @@ class Crude(NamedTuple):
 
     @property
     def sentence(self) -> str:
+        """What they show, and how many failed how."""
         kinds = self.kinds or {Failure.ANY.value: (self.flights, self.failures)}
-        each = [
-            f"{count_of(failed)} of {flown:,}{' others' * bool(place)} {HOW.get(kind, kind)}"
-            for place, (kind, (flown, failed)) in enumerate(kinds.items())
-        ]
-        sets = "; a failure is of one kind only, so the rates add up to" if len(kinds) > 1 else ":"
+        each = [f"{count_of(failed)} of {flown:,}{' others' * bool(place)} {HOW.get(kind, kind)}"
+                for place, (kind, (flown, failed)) in enumerate(kinds.items())]  # fmt: skip
         return (
-            f"{units.listed(each)}{sets} a failure probability of {units.number(self.rate.value)}, "
-            f"between {units.number(self.rate.low)} and {units.number(self.rate.high)} with {CONFIDENCE}"
+            f"{self.range_text} of flights fail, with {CONFIDENCE}: of flights drawn as in the campaign, {units.listed(each)}"
         )
+
+    @property
+    def range_text(self) -> str:
+        return within(*self.rate[1:]) if self.failures else f"at most {units.percent(self.rate.high)}"
 
 
 def count_of(flights: int) -> str:
@@ -204,30 +206,23 @@ def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[s
     often = (
         f" (about 1 flight in {rounded(1.0 / summary.probability.value)})" if 0.0 < summary.probability.value < 0.01 else ""
     )
-    check = f"flights drawn as in the campaign, {summary.crude.sentence}."
+    check = f"{summary.crude.sentence[0].upper()}{summary.crude.sentence[1:]}."
     source = f"From {len(summary.replicates)} independent estimates (replicates) by {method.words}{meaning}."
     estimate = f"{value}{often}, with 95 % confidence {low} to {high},"
     lines = [f"A flight fails with probability {estimate} if no kind of failure was missed. {kinds}{source}"]
     if summary.warnings:
         see = f"see the warning{'s' * bool(summary.warnings[1:])}"
-        lines = [f"Of {check} The estimate, {estimate} is doubtful: {see}. {kinds}{source}"]
+        lines = [f"{check} The estimate, {estimate} is doubtful: {see}. {kinds}{source}"]
     if not summary.probability.value and not summary.crude.failures:
-        most = units.percent(summary.crude.rate.high)
-        lines = [f"No replicate found a failure; at most {most} of flights fail, with {CONFIDENCE}. Of {check} {source}"]
+        lines = [f"{check} No replicate found a failure. {source}"]
     if summary.one_by_one and common(summary):
         rare = f" is not rare ({units.percent(summary.probability.value)})" if summary.probability.value >= COMMON else ""
         plain = "a plain campaign needs fewer flights"
         begin = f"This failure{rare}: {plain}" if rare else f"{plain[0].upper()}{plain[1:]} for this failure"
         plain = f"about {rounded(summary.one_by_one, 1)} instead of {summary.flights:,} for an interval as wide"
         lines[0] = f"{begin}, {plain}. {lines[0]}" if rare else f"{lines[0]} {begin}, {plain}."
-    elif summary.one_by_one:
-        times = summary.one_by_one / summary.flights
-        lines.append(
-            f"{summary.flights:,} flights in all; plain Monte Carlo would need about {rounded(summary.one_by_one, 1)} for an "
-            f"interval as wide, about {rounded(times, 1)} times as many."
-        )
     if not summary.warnings:
-        lines.append(f"Plain Monte Carlo, as a check: of {check}")
+        lines.append(f"Plain Monte Carlo, as a check: {summary.crude.sentence}.")
         if again := summary.again.flights:
             failed = summary.again.failures
             share = "most" if failed < 0.5 * again else "some"
