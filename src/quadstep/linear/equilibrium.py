@@ -175,7 +175,8 @@ def newton(loops: Loops, flown: LoopState, first: int) -> Rest:
     """The equilibrium near a state. Raises NotLinearError."""
     sizes: list[float] = []
     for _ in range(MOST_STEPS):
-        period = reduced(approached(loops, flown, first))
+        whole = approached(loops, flown, first, rough=True)
+        period = reduced(whole)
         left = residual(period.period)
         size = largest(left, period.period.values)
         if not (np.isfinite(size) and np.isfinite(period.map).all()):
@@ -187,6 +188,8 @@ def newton(loops: Loops, flown: LoopState, first: int) -> Rest:
         moves = f"one state still moved, {what} by {number(left[worst])} (SI units) in {period.period.length:g} s"
         if size < AT_REST:
             outcome(loops, flown, first)
+            if relative_difference(whole.values, whole.after) > SAME:  # it was rough
+                period = reduced(approached(loops, flown, first))
             if period.period.broken:
                 raise NoSlopeError(period.period.broken)
             return Rest(loops, flown, first, period)

@@ -202,9 +202,10 @@ def linearised(loops: Loops, flown: LoopState, first: int, way: Array | None = N
     return found
 
 
-def approached(loops: Loops, flown: LoopState, first: int, way: Array | None = None) -> Period:
+def approached(loops: Loops, flown: LoopState, first: int, way: Array | None = None, rough: bool = False) -> Period:
     """One period from tick `first` on, a multiple of the period's. flown: once the law has run. way: a deviation of all
-    states, to whose side the loop is linearised where it bends. Raises NotLinearError.
+    states, to whose side the loop is linearised where it bends. rough: take the slopes of ticks with the same tasks to be
+    equal, and those of one side, while the state moves. Raises NotLinearError.
     """
     values, names = states(flown), names_of(flown)
     posed = pose(loops.loop, loops.p, flown, first * loops.h)
@@ -220,24 +221,27 @@ def approached(loops: Loops, flown: LoopState, first: int, way: Array | None = N
         moments.append(Moment(k, flown, after, held))
         flown = loops.step(after, k)
     ticks: dict[int, Tick] = {}
-    side = EdgeSide(names, way)
+    final = np.array(states(flown))
+    side = EdgeSide(names, way, rough and relative_difference(np.array(values), final) > SAME)
     if way is None:
         for due in dict.fromkeys(loops.due(one.k) for one in moments):
             ticks |= equal_ticks(loops, [one for one in moments if loops.due(one.k) == due], side)
     else:
         ticks = {one.k: tick_of(loops, one, side, of_tasks(loops, one, side)) for one in moments}
-    every, final = tuple(ticks[k] for k in sorted(ticks)), np.array(states(flown))
+    every = tuple(ticks[k] for k in sorted(ticks))
     return Period(
         every, tuple(names), kinds, np.array(values), final, posed, loops.h, first * loops.h, tuple(side.bends), side.broken
     )
 
 
 def equal_ticks(loops: Loops, moments: list[Moment], side: EdgeSide) -> dict[int, Tick]:
-    """Ticks with the same tasks: one for all if nothing has moved and no task depends on time; else each by itself. (A task
-    that follows a plan depends on the time since the plan was made.)
+    """Ticks with the same tasks: one for all if nothing has moved and no task depends on time, or if rough ones do; else each by
+    itself. (A task that follows a plan depends on the time since the plan was made.)
     """
     one, last = moments[0], moments[-1]
     tasks = of_tasks(loops, one, side)
+    if side.rough:
+        return dict.fromkeys([other.k for other in moments], tick_of(loops, one, side, tasks))
     begun = np.array(states(one.flown))
     moved = max(relative_difference(begun, np.array(states(other.flown))) for other in moments)
     if moved <= SAME and (last is one or relative_difference(tasks, of_tasks(loops, last, side)) <= SAME):

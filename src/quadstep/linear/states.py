@@ -191,12 +191,12 @@ class EdgeSide:
     """The side on which a loop is differentiated.
 
     names: of what is differentiated. way: a small deviation of the state; None where the loop bends nowhere, which is then
-    found out. bends: the places where it does after all, with the slopes of one side. broken: why there is no slope, if there
+    found out, unless it may be rough. bends: the places where it does after all, with the slopes of one side. broken: why there is no slope, if there
     is none: then it counts as zero.
     """
 
-    def __init__(self, names: Sequence[str], way: Array | None = None) -> None:
-        self.names, self.way = names, way
+    def __init__(self, names: Sequence[str], way: Array | None = None, rough: bool = False) -> None:
+        self.names, self.way, self.rough = names, way, rough
         self.bends: dict[str, None] = {}
         self.broken = ""
 
@@ -212,7 +212,7 @@ class EdgeSide:
             return self.checked(made, Seeds(count, 1.0, np.append(self.way, np.zeros(count - len(self.way)))))[1]
         seeds = Seeds(count, 1.0)
         values, found = self.checked(made, seeds)
-        if seeds.edges:
+        if seeds.edges and not self.rough:
             others, other = self.checked(made, Seeds(count, -1.0))
             if relative_difference(values, others) > SAME:
                 self.broken = f"the loop jumps at t = {time:g} s, on the boundary at {' or '.join(seeds.edges)}"
