@@ -9,8 +9,8 @@ import numpy as np
 from quadstep.engines.fly import FlightPlan
 from quadstep.linear.equilibrium import Rest, aside, at_rest, hovering
 from quadstep.linear.margins import TEXTBOOK, MarginLimits, Margins, margins
-from quadstep.linear.modes import STILL, Modes, Pole, ReducedPeriod, poles
-from quadstep.linear.sampled import WANTED, linearising
+from quadstep.linear.modes import STILL, Pole, ReducedPeriod, poles
+from quadstep.linear.sampled import WANTED, acted, linearising
 from quadstep.linear.states import Array, Channel, in_words, short
 from quadstep.linear.transfer import frequencies, loci, opened
 from quadstep.mission.schema import Mission
@@ -63,7 +63,7 @@ def steps(loop: ReducedPeriod, poles: list[Pole]) -> list[StepResponse]:
     made = [rows @ x]
     for _ in range(math.ceil(duration / loop.period.length)):
         for tick in loop.period.ticks:
-            x = tick.step @ (tick.tasks @ x + tick.path[:, inputs])
+            x = acted(tick.step, acted(tick.tasks, x) + tick.path[:, inputs])
         made.append(rows @ x)
     t = np.array([k * loop.period.length for k in range(len(made))])
     values = np.array(made)
@@ -144,8 +144,7 @@ def limits(mission: Mission) -> MarginLimits:
 
 def of_loop(loop: ReducedPeriod, limits: MarginLimits = TEXTBOOK) -> Analysis:
     channels = loop.period.channels
-    modes = Modes(loop)
-    found = Analysis(channels, poles(loop, modes), (), loop, modes.not_held, limits, loop.period.bends)
+    found = Analysis(channels, poles(loop), (), loop, loop.modes.not_held, limits, loop.period.bends)
     if not found.stable:
         return found
     omega, ready = frequencies(loop), opened(loop)

@@ -9,26 +9,32 @@ map within that error exactly where the least singular value of the balanced map
 """
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.linear.sampled import Period, Tick
+from quadstep.linear.sampled import Period, Tick, acted
 from quadstep.linear.states import Array, short
 
 
-class ReducedPeriod(NamedTuple):
+@dataclass(frozen=True)
+class ReducedPeriod:
     """A period of fewer states, and their indices among all states. commands: rows of the channels' commands among them."""
 
     period: Period
     places: NDArray[np.intp]
     commands: NDArray[np.intp]
 
-    @property
+    @cached_property
     def map(self) -> Array:
         return self.period.map
+
+    @cached_property
+    def modes(self) -> "Modes":
+        return Modes(self)
 
 
 def reduced(period: Period) -> ReducedPeriod:
@@ -118,7 +124,7 @@ class Modes:
         whole = loop.map
         most, self.pose = np.eye(len(whole)), loop.period.pose
         for tick in loop.period.ticks:
-            most = np.abs(tick.step) @ (np.abs(tick.tasks) @ most)
+            most = acted(np.abs(tick.step), acted(np.abs(tick.tasks), most))
         self.units = scales(whole)
         self.balanced = whole * self.units / self.units[:, None]
         self.error = ROUNDED * float(np.linalg.norm(most * self.units / self.units[:, None], 2))
@@ -199,9 +205,9 @@ class Pole(NamedTuple):
         return -self.real / self.frequency if self.frequency else 0.0
 
 
-def poles(loop: ReducedPeriod, modes: Modes) -> list[Pole]:
+def poles(loop: ReducedPeriod) -> list[Pole]:
     """The poles, growing ones first, then the slowest first."""
-    names = short(loop.period.names)
+    names, modes = short(loop.period.names), loop.modes
     found = []
     for place, z in enumerate(modes.factors):
         still = modes.still[place] or abs(z - 1.0) < STILL

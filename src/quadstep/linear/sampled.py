@@ -82,6 +82,15 @@ class Tick(NamedTuple):
     sampled: bool
 
 
+def acted(matrix: Array, on: Array) -> Array:
+    """The product of a map that keeps most states as they are with the first axis of an array."""
+    rows = (matrix != np.eye(len(matrix))).any(axis=1)
+    columns = matrix[rows].any(axis=0)
+    found = on.copy()
+    found[rows] = np.tensordot(matrix[np.ix_(rows, columns)], on[columns], 1)
+    return found
+
+
 class Period(NamedTuple):
     """The ticks until all loops are due together again, from time `start` [s]. names: of the states, the channels' commands
     last. values: of the states at the start, and `after` it. pose: at the start. bends: places of the laws where the slopes on
@@ -109,7 +118,7 @@ class Period(NamedTuple):
         """The map of a deviation over a whole period."""
         whole = np.eye(len(self.names))
         for tick in self.ticks:
-            whole = tick.step @ tick.tasks @ whole
+            whole = acted(tick.step, acted(tick.tasks, whole))
         return whole
 
 
@@ -235,8 +244,8 @@ def approached(loops: Loops, flown: LoopState, first: int, way: Array | None = N
 
 
 def equal_ticks(loops: Loops, moments: list[Moment], side: EdgeSide) -> dict[int, Tick]:
-    """Ticks with the same tasks: one for all if nothing has moved and no task depends on time, or if rough ones do; else each by
-    itself. (A task that follows a plan depends on the time since the plan was made.)
+    """Ticks with the same tasks: one for all if nothing has moved and no task depends on time, or if rough ones do; else each
+    by itself. (A task that follows a plan depends on the time since the plan was made.)
     """
     one, last = moments[0], moments[-1]
     tasks = of_tasks(loops, one, side)

@@ -191,8 +191,8 @@ class EdgeSide:
     """The side on which a loop is differentiated.
 
     names: of what is differentiated. way: a small deviation of the state; None where the loop bends nowhere, which is then
-    found out, unless it may be rough. bends: the places where it does after all, with the slopes of one side. broken: why there is no slope, if there
-    is none: then it counts as zero.
+    found out unless rough. bends: the places where it does after all, with the slopes of one side. broken: why there is no
+    slope, if there is none: then it counts as zero.
     """
 
     def __init__(self, names: Sequence[str], way: Array | None = None, rough: bool = False) -> None:

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from quadstep.linear.analysis import Analysis, StepResponse
 from quadstep.linear.margins import Margins
-from quadstep.linear.modes import ALIKE, Modes, Pole, grouped
+from quadstep.linear.modes import ALIKE, Pole, grouped
 from quadstep.linear.states import Array, Channel, short
 from quadstep.linear.transfer import Complex
 from quadstep.report.axes import CLEAR, Powers, crossed, plain
@@ -74,7 +74,7 @@ def sentences(analysis: Analysis) -> list[str]:
 
 def of_poles(analysis: Analysis) -> str:
     """What is constant in a loop, and how it is sampled."""
-    period, kept = analysis.loop.period, len(Modes(analysis.loop).staying)
+    period, kept = analysis.loop.period, len(analysis.loop.modes.staying)
     still = dict.fromkeys(name for pole in analysis.poles if not pole.frequency for name in pole.states)
     constant = "mode neither grows nor decays" if kept == 1 else "modes neither grow nor decay"
     felt = "" if analysis.not_held else f", without effect on {listed(period.pose.names)}"

@@ -9,13 +9,13 @@ in Nyquist's criterion, and nothing in the loop is approximated.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.linear.modes import ReducedPeriod, scales
+from quadstep.linear.modes import Modes, ReducedPeriod
+from quadstep.linear.sampled import acted
 from quadstep.linear.states import Array
 
 Complex = NDArray[np.complex128]
@@ -38,26 +38,17 @@ NEWTON, CLOSE = 12, 1e-13
 
 
 class Modal(NamedTuple):
-    """(z - A)^-1 on the unit circle as a sum over modes, and of what is gone within a few periods as a power series in 1 / z.
+    """T on the unit circle as a sum over modes, and of what is gone within a few periods as a power series in 1 / z.
 
-    factors, right, left: of the modes, left right = 1. rest: projects on all others, whose factors are smaller than `SLOW`.
+    factors: of the modes. felt: how they show in the commands, shape (channels, samples, modes); driven: how they follow from
+    the ticks, shape (channels, modes, ticks). fading: of all other modes, whose factors are smaller than `SLOW`: terms from
+    1 / z on, shape (terms, channels, samples, ticks).
     """
 
     factors: Complex
-    right: Complex
-    left: Complex
-    rest: Array
-
-
-class Through(NamedTuple):
-    """What T is made of at any frequency, from some inputs. b, d: as `OpenedLoop` has them, from these. by_mode, where the
-    modes are known: how they show in the commands, how they follow from the inputs, and terms of the series in 1 / z from the
-    first on, shape (terms, channels, samples, inputs).
-    """
-
-    b: Complex
-    d: Complex
-    by_mode: tuple[Complex, Complex, Complex] | None = None
+    felt: Complex
+    driven: Complex
+    fading: Array
 
 
 @dataclass(frozen=True)
@@ -65,7 +56,7 @@ class OpenedLoop:
     """The channels, each to be opened. a: map of a period of the closed loop, shape (n, n). b: from what is added to a command
     during each tick, shape (channels, n, ticks); c: to the command at each sample of the law, shape (channels, samples, n);
     d: straight through, shape (channels, samples, ticks). due: ticks at which the law samples. step: of the integrator [s].
-    modal: of a, where that is exact enough.
+    modal: where that is exact enough.
     """
 
     a: Array
@@ -74,7 +65,7 @@ class OpenedLoop:
     d: Array
     due: tuple[int, ...]
     step: float
-    modal: Modal | None
+    modal: Modal | None = None
 
     @property
     def ticks(self) -> int:
@@ -93,26 +84,9 @@ class OpenedLoop:
 
     def only(self, channel: int) -> "OpenedLoop":
         own = slice(channel, channel + 1)
-        return replace(self, b=self.b[own], c=self.c[own], d=self.d[own])
-
-    @cached_property
-    def sampled(self) -> Through:
-        """From what is added to each sample of the law, which is held until the next."""
-        return self.through(self.hold)
-
-    def through(self, onto: Array | Complex) -> Through:
-        """From inputs of which the ticks of a period follow so, shape (ticks, inputs)."""
-        b, d = complex_(self.b @ onto), complex_(self.d @ onto)
-        if self.modal is None:
-            return Through(b, d)
-        fading, left_over = [], self.modal.rest @ b
-        for _ in range(TERMS):
-            fading.append(self.c @ left_over)
-            if np.abs(fading[-1]).max() < 1e-16 * np.abs(d).max(initial=1.0):
-                break
-            left_over = self.a @ left_over
-        felt, driven = self.c @ self.modal.right, self.modal.left @ b
-        return Through(b, d, (complex_(felt), complex_(driven), complex_(np.array(fading))))
+        of = self.modal
+        modal = of and Modal(of.factors, of.felt[own], of.driven[own], of.fading[:, own])
+        return replace(self, b=self.b[own], c=self.c[own], d=self.d[own], modal=modal)
 
 
 def hold(due: Sequence[int], ticks: int) -> Array:
@@ -130,55 +104,45 @@ def opened(loop: ReducedPeriod) -> OpenedLoop:
     through: list[Array] = []
     due: list[int] = []
     for k, tick in enumerate(period.ticks):
-        whole, added = tick.tasks @ whole, np.tensordot(tick.tasks, added, 1)
+        whole, added = acted(tick.tasks, whole), acted(tick.tasks, added)
         if tick.sampled:
             due.append(k)
             rows.append(whole[loop.commands])
             through.append(added[loop.commands, :, np.arange(channels)])
         added[:, k] += tick.acting
-        whole, added = tick.step @ whole, np.tensordot(tick.step, added, 1)
+        whole, added = acted(tick.step, whole), acted(tick.step, added)
         added[:, k] -= tick.acting
     c, d = np.array(rows).transpose(1, 0, 2), np.array(through).transpose(1, 0, 2)
-    return OpenedLoop(whole, added.transpose(2, 0, 1), c, d, tuple(due), period.step, modal(whole))
+    return with_modes(OpenedLoop(whole, added.transpose(2, 0, 1), c, d, tuple(due), period.step), loop.modes)
 
 
-def modal(a: Array) -> Modal | None:
-    """The modes of a map, in balanced coordinates and back; None where they are too close to one another, or too many."""
-    units = scales(a)
-    balanced = a * units / units[:, None]
-    factors, right = np.linalg.eig(balanced)
-    others, left = np.linalg.eig(balanced.T)
-    slow, same = np.abs(factors) >= SLOW, np.abs(others) >= SLOW
+def with_modes(one: OpenedLoop, modes: Modes) -> OpenedLoop:
+    """The same by the modes of its map, in balanced coordinates and back; as it is where they are too close to one another."""
+    others, left = np.linalg.eig(modes.balanced.T)
+    slow, same = np.abs(modes.factors) >= SLOW, np.abs(others) >= SLOW
     if slow.sum() != same.sum():
-        return None
-    right, left = right[:, slow], left[:, same].T
+        return one
+    right, left = modes.vectors[:, slow], left[:, same].T
     try:
         left = np.linalg.solve(left @ right, left)
     except np.linalg.LinAlgError:
-        return None
-    rest = np.eye(len(a)) - (right @ left).real
-    found = Modal(
-        complex_(factors[slow]), complex_(units[:, None] * right), complex_(left / units), rest * units[:, None] / units
-    )
-    for z in np.exp(1j * np.array([1e-2, 0.3, 1.7, 3.1])):
-        exact = np.linalg.solve(z * np.eye(len(a)) - balanced, np.eye(len(a)))
-        tried = np.einsum("im,m,mj->ij", right, 1.0 / (z - found.factors), left) + series(balanced, rest, z)
-        if not np.abs(tried - exact).max() <= EXACT * np.abs(exact).max():
-            return None
-    return found
+        return one
+    units, fading = modes.units, []
+    left_over = one.b - units[:, None] * ((right @ left).real @ (one.b / units[:, None]))
+    for _ in range(TERMS):
+        fading.append(one.c @ left_over)
+        if np.abs(fading[-1]).max() < 1e-16 * np.abs(one.d).max(initial=1.0):
+            break
+        left_over = one.a @ left_over
+    felt, driven = one.c @ (units[:, None] * right), (left / units) @ one.b
+    found = replace(one, modal=Modal(modes.factors[slow], complex_(felt), complex_(driven), np.array(fading)))
+    tried, exact = (transfer(way, np.array([1e-2, 0.3, 1.7, 3.1]) / one.length) for way in (found, one))
+    off, size = np.abs(tried - exact).max(axis=(0, 2, 3)), np.abs(exact).max(axis=(0, 2, 3))
+    return found if (off <= EXACT * size).all() else one
 
 
 def complex_(values: Array | Complex) -> Complex:
     return values.astype(np.complex128)
-
-
-def series(a: Array, rest: Array, z: complex) -> Complex:
-    """The part of (z - A)^-1 that is gone soon."""
-    total, power = np.zeros(a.shape, dtype=complex), rest
-    for k in range(TERMS):
-        total += power * z ** -(k + 1.0)
-        power = a @ power
-    return total
 
 
 def frequencies(loop: ReducedPeriod) -> Array:
@@ -189,7 +153,7 @@ def frequencies(loop: ReducedPeriod) -> Array:
     highest = np.pi / loop.period.length
     samples = sum(tick.sampled for tick in loop.period.ticks)
     points, beside, alike = (POINTS, 9, ALIKE) if samples <= FEW else (POINTS // 10, 3, 0.01)
-    poles = np.linalg.eigvals(loop.map)
+    poles = loop.modes.factors
     poles = poles[np.abs(poles) > 1e-6]
     s = np.log(poles.astype(complex)) / loop.period.length
     near = np.abs(s.imag)[:, None] + np.abs(s.real)[:, None] * np.linspace(-2.0, 2.0, beside)
@@ -205,15 +169,15 @@ def transfer(one: OpenedLoop, omega: Array, onto: Array | Complex | None = None)
 
     onto: how the ticks of a period follow from its inputs, shape (ticks, inputs); default: from the held samples of the law.
     """
-    b, d, by_mode = one.sampled if onto is None else one.through(onto)
-    points = np.exp(1j * np.asarray(omega) * one.length)
-    if one.modal is None or by_mode is None:
-        unit = np.eye(len(one.a))
+    onto = one.hold if onto is None else onto
+    points, d = np.exp(1j * np.asarray(omega) * one.length), one.d @ onto
+    if one.modal is None:
+        unit, b = np.eye(len(one.a)), one.b @ onto
         return complex_(np.array([one.c @ np.linalg.solve(point * unit - one.a, b) + d for point in points]))
-    felt, driven, fading = by_mode
-    weights = 1.0 / (points[:, None] - one.modal.factors)
+    factors, felt, driven, fading = one.modal
+    weights = 1.0 / (points[:, None] - factors)
     powers = points[:, None] ** -np.arange(1.0, len(fading) + 1.0)
-    return complex_((felt * weights[:, None, None, :]) @ driven + np.tensordot(powers, fading, 1) + d)
+    return complex_((felt * weights[:, None, None, :]) @ (driven @ onto) + np.tensordot(powers, fading @ onto, 1) + d)
 
 
 def loci(one: OpenedLoop, omega: Array) -> Complex:
