@@ -109,7 +109,7 @@ def test_what_is_not_modelled_and_changes_too_is_named(tmp_path):
 
 def test_flights_before_are_flown_once_for_many_changes(tmp_path, monkeypatch):
     digest = uuid4().hex  # so that no flights of an earlier run of the tests are found
-    monkeypatch.setattr(run, "code_digest", lambda: digest)
+    monkeypatch.setattr(run, "source_digest", lambda: digest)
     first = answer(asked(pid_rate__roll_kp=200.0, wind=2.9), tmp_path / "1").record
     fly, flown = CandidateFlyer.fly, []
     monkeypatch.setattr(CandidateFlyer, "fly", lambda self, some, *rest: [flown.append(len(some)), fly(self, some, *rest)][1])

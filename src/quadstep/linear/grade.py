@@ -10,11 +10,9 @@ Beside other results there is a grade only where it takes less than about a seco
 code; margins are also metrics of a mission, finite numbers that can be compared and searched.
 """
 
-import hashlib
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import NamedTuple, cast
 
 from quadstep.control.opaque import Opaque
@@ -22,7 +20,7 @@ from quadstep.engines.fly import FlightPlan, fingerprint
 from quadstep.io import code_cache
 from quadstep.io.code_identity import as_it_is
 from quadstep.io.errors import UserError
-from quadstep.io.parts import code_digest
+from quadstep.io.parts import source_digest
 from quadstep.linear.analysis import Analysis, analyse_rest, least, limits, of_even_rotors, of_loop, with_place, worst_of
 from quadstep.linear.equilibrium import after_warm_up, at_rest, hovering, newton, with_others, with_pieces
 from quadstep.linear.margins import Margins
@@ -286,8 +284,7 @@ def whole_grade(mission: Mission) -> Grade:
 def cached(kind: str, mission: Mission, plans: list[FlightPlan], made: Callable[[], object]) -> object:
     """What is made of a mission's loops, as JSON has it; made once for the same laws and numbers."""
     live = as_it_is(tuple(plan.loop for plan in plans))
-    here = hashlib.sha256(b"\0".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
-    name = code_cache.key(kind, code_digest(), here, fingerprint(plans), live, repr(limits(mission)))
+    name = code_cache.key(kind, source_digest(), fingerprint(plans), live, repr(limits(mission)))
     found = code_cache.read(name)
     if found is None:
         found = json.dumps(made()).encode()

@@ -22,7 +22,7 @@ from quadstep.interfaces.controller import Controller, Measured
 from quadstep.io import code_cache
 from quadstep.io.errors import UserError, did_you_mean, number_in, shorten
 from quadstep.io.parameter_files import FORMATS, read_parameters
-from quadstep.io.parts import code_digest
+from quadstep.io.parts import source_digest
 from quadstep.linear.grade import whole_grade
 from quadstep.metrics.registry import EFFORTS
 from quadstep.mission.data_files import briefly
@@ -186,7 +186,7 @@ def flights_before_and_after(
     own numbers only. Raises UserError.
     """
     planner, drawn = ground.flyer.planner, ground.drawing.model_dump_json()
-    name = code_cache.key("flights", code_digest(), fingerprint([planner.plan({**ground.draws(0).at(0), **before})]), drawn,
+    name = code_cache.key("flights", source_digest(), fingerprint([planner.plan({**ground.draws(0).at(0), **before})]), drawn,
                           repr(ground.asked.names), str(count))  # fmt: skip
     kept = code_cache.read(name) if count <= MOST_KEPT else None
     if kept is not None:
