@@ -10,7 +10,7 @@ from quadstep.page.build import missions_page
 from quadstep.page.flights import SUMMED_UP
 from quadstep.report.panels import left_path
 from quadstep.studies.campaign.page import limit
-from tests.graded import CASE_1, FLIGHTS
+from tests.graded import CASE_1, CIRCLE, FLIGHTS, X500
 from tests.needs import CHROMIUM, needs, package
 from tests.pages import flown
 
@@ -104,6 +104,28 @@ def test_margins_are_unknown_where_a_control_may_change_the_loop_at_rest(open_pa
         ]
         assert told[-1] == (least[0] != pytest.approx(least[1], rel=1e-9)), control
     assert told == [True, False]
+
+
+def test_conditions_are_counted_where_they_say_something_of_the_vehicle(open_page, tmp_path):
+    file = tmp_path / "page.html"
+    laws = ("px4-cascade", "rotation-backstepping")
+    short = {"vehicle": X500, "path": CIRCLE, "simulation": {"duration": 2.0}}
+    missions = [Mission.model_validate({**short, "name": law, "controller": {"type": law}}) for law in laws]
+    file.write_text(missions_page([flown(one.name, one) for one in missions]), encoding="utf-8")
+    page = open_page(file=file)
+    for law, control, value, said in zip(
+        laws,
+        ("MPC_THR_MIN", "Lambda1"),
+        (0.6, 6.0),
+        ("MPC_THR_HOVER ≥ MPC_THR_MIN is violated (PX4 v1.15)", "Theorem 5.1, per unit mass: 0 of 3 gain conditions hold"),
+        strict=True,
+    ):
+        page.evaluate("id => quadstep.select(id)", law)
+        assert not page.locator("#conditions, #promise").count()
+        page.evaluate("([control, value]) => quadstep.setControl(control, [value, value, value])", [control, value])
+        assert page.locator("#conditions").inner_text() == said
+        page.evaluate("document.querySelector('.badge').open = true")
+        assert ("assume unlimited rotors" in page.locator(".sheet").inner_text()) == (law == laws[1])
 
 
 def test_the_mark_of_a_flight_is_that_of_its_grade(open_page):

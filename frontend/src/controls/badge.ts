@@ -10,9 +10,11 @@ import { closed, rich } from "../view/notation";
 
 export function badge(host: HTMLElement, shown: Shown): void {
   const { flight, conditions, ghost, live, graded, whole } = shown;
-  const theorems = counts(conditions);
   const mark = markOf(shown);
-  const covers = !theorems.length ? "" : shown.data.summary.limit !== null ? LIMITED : mark.kind.startsWith("bad") ? promise(shown) : mark.kind === "fair" && conditions.every(({ holds }) => holds) ? CALM : "";
+  const limited = shown.data.summary.limit !== null;
+  const theory = conditions.filter(({ condition }) => !condition.order);
+  const theorems = [...(limited && theory.every(({ holds }) => holds) ? [] : counts(theory)), ...disorder(conditions)];
+  const covers = limited || !theory.length ? "" : mark.kind.startsWith("bad") ? promise(shown) : mark.kind === "fair" && conditions.every(({ holds }) => holds) ? CALM : "";
 
   const summary = h(
     "summary",
@@ -40,13 +42,13 @@ export function badge(host: HTMLElement, shown: Shown): void {
         "li",
         { class: holds ? "good" : "bad" },
         h("span", { class: "mark", "aria-label": holds ? "holds" : "broken" }, holds ? "✓" : "✕"),
-        h("span", {}, ...rich(condition.text)),
+        h("span", {}, ...rich(condition.text.replace(">=", "≥"))),
         h("span", { class: "figures" }, `${number(left, 3)} ${relation} ${number(right, 3)}`),
         h("span", { class: "source" }, condition.source),
       ),
     );
   }
-  fill(sheet, ...rows, conditions.length ? list : h("p", {}, "No theorem is stated for this controller."));
+  fill(sheet, ...rows, theory.length ? (limited ? h("p", {}, LIMITED) : null) : h("p", {}, "No theorem is stated for this controller."), conditions.length ? list : null);
   const open = host.querySelector("details")?.open ?? false;
   details.open = open;
   fill(host, details);
@@ -83,6 +85,11 @@ function inWords({ flight, graded: { grade, labels, left, above }, whole }: Show
   if (left) return `Flew ${ended}, but ${/did not [^:]+/.exec(left)![0]}`; // the rest is in the sheet
   if (grade === "as asked") return `Flew as asked for ${ended}`;
   return !labels.length ? `Flew for ${ended}` : `Flew ${ended}, with problems: ${labels.join(", ")}`;
+}
+
+/** An autopilot's parameters that contradict each other. */
+function disorder(conditions: readonly Judged[]): HTMLElement[] {
+  return conditions.filter(({ condition, holds }) => !holds && condition.order).map(({ condition }) => h("span", { class: "bad" }, ...rich(condition.text.replace(">=", "≥")), ` is violated (${condition.source})`));
 }
 
 /** How many conditions of each theorem hold. */

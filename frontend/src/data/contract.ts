@@ -248,6 +248,8 @@ export interface Condition {
   readonly right: Term;
   readonly orEqual: boolean;
   readonly source: string;
+  /** Whether it is no theory's, but says which of two parameters is the smaller. */
+  readonly order: boolean;
 }
 
 /** An operation on terms; a comparison is 1 where it holds, else 0, and `where` takes its second term where the first is not 0. */

@@ -53,13 +53,15 @@ class Control(NamedTuple):
 
 
 class ConditionData(NamedTuple):
-    """left > right must hold, or left >= right. A term is a number, {"name": parameter} or {"op": ..., "of": [terms]}."""
+    """left > right must hold, or left >= right. A term is a number, {"name": parameter} or {"op": ..., "of": [terms]}. order:
+    whether it is no theory's, but says which of two parameters is the smaller."""
 
     text: str
     left: object
     right: object
     orEqual: bool  # noqa: N815 (the front end's names)
     source: str
+    order: bool
 
 
 class ControllerData(NamedTuple):
