@@ -53,15 +53,14 @@ class Control(NamedTuple):
 
 
 class ConditionData(NamedTuple):
-    """left > right must hold, or left >= right. A term is a number, {"name": parameter} or {"op": ..., "of": [terms]}. order:
-    whether it is no theory's, but says which of two parameters is the smaller."""
+    """left > right must hold, or left >= right. A term is a number, {"name": parameter} or {"op": ..., "of": [terms]}."""
 
     text: str
     left: object
     right: object
     orEqual: bool  # noqa: N815 (the front end's names)
     source: str
-    order: bool
+    order: bool  # of two parameters, not of a theory
 
 
 class ControllerData(NamedTuple):
