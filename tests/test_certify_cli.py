@@ -75,6 +75,8 @@ def test_a_diverging_flight_ends_with_3_and_keeps_its_certificate(tmp_path, undr
     assert run.out.startswith(
         f"Lost at {found['ended[s]']:.4g} s, {said} thrust of {conditions['u_max_allowed[N]']['visited']:.4g} N"
     )
+    judged = f"this flight took {conditions['u_max[N]']:.4g} N before {found['looked_at_until[s]']:.3g} s."
+    assert judged in run.out  # later it takes a hundred times that
     assert "At rest at the start of its path, the loop is unstable: a deviation doubles every 0.399 s" in run.out
     assert "`quadstep tune` searches for gains with margins." in run.out
     assert strict_json(tmp_path / "out" / "metrics.json")["margins_at_rest"]["grade"] == "unstable"

@@ -56,7 +56,9 @@ function listen(drawn: HTMLElement, axes: string): void {
     const right = event.clientX - box.left > 0.6 * box.width;
     said.style.left = right ? "" : `${event.clientX - box.left + 16}px`;
     said.style.right = right ? `${box.right - event.clientX + 16}px` : "";
-    said.style.top = `${event.clientY - box.top + 12}px`;
+    const [x, y] = panel.told.box;
+    const above = new DOMPoint(x, y).matrixTransform(panel.svg.getScreenCTM()!).y;
+    said.style.top = `${(panel.over ? above - said.offsetHeight - 4 : event.clientY + 12) - box.top}px`; // covers no curve
     if (!from) return;
     const [left, top, width, height] = panel.told.box;
     const to = Math.min(Math.max(at.x, left), left + width);

@@ -99,10 +99,8 @@ def omitted(c: FlightCertificate) -> str:
     k = c.conditions
     if not k.hold:
         return f"The corrected condition does not: {'; '.join(k.broken())}."
-    return (
-        f"The coupling of the two loops, which they leave out, allows a thrust of {k.thrust_bound:.4g} N at most, and this "
-        f"flight took up to {k.thrust:.4g} N."
-    )
+    left_out = f"The coupling of the two loops, which they leave out, allows a thrust of {k.thrust_bound:.4g} N at most"
+    return f"{left_out}; this flight took {k.thrust:.4g} N{f' before {c.until:.3g} s' * bool(len(c.later))}."
 
 
 def untested(c: FlightCertificate) -> list[str]:
