@@ -161,11 +161,11 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     found = certify_plan(plan_mission(read_mission(path), path))
     lost, caption = name == "theorem_fails", seen(found)
     assert f"|r| never left b_r: {found.r.max():.4g} <= {found.b_r:.4g}." in caption
-    assert caption.startswith(f"Left: up to {found.until:.3g} s, |r| never left") == lost
+    assert caption.startswith(f"Up to {found.until:.3g} s, |r| never left") == lost
     assert (
         "What follows is faint and not judged: the law then commands a thrust that swings past straight down, where" in caption
     ) == lost
-    assert caption.endswith(f"Right: the thrust, of which the coupling allows {found.conditions.thrust_bound:.4g} N.")
+    assert caption.endswith(f"The coupling allows a thrust of {found.conditions.thrust_bound:.4g} N.")
     (begins,) = re.findall(r"as areas from (\S+) s on, where", stacked(found)) or ["0"]
     assert (4.0 <= float(begins) < found.until) == lost
     assert stacked(found).endswith(f"Too small to be drawn: {'weights' if lost else 'weights and coupling'}.")

@@ -61,14 +61,12 @@ def of_position(log: FlightLog) -> str:
 
 
 def in_view(log: FlightLog, track: Track) -> tuple[FlightLog, str]:
-    """A lost flight as far as it is in the view of its path, as what follows would flatten all else; and that it is cut."""
+    """A lost flight as far as it is in the view of its path, as what follows would flatten all else; and until when."""
     low, high = track.view
     out = int(((track.flown < low) | (track.flown > high)).any(axis=1).argmax())
     if log.outcome is Outcome.COMPLETED or not out:
         return log, ""
-    return log._replace(
-        rows=log.rows[: out + 1]
-    ), f"Until {at(log.column('t'), out)}, when the vehicle leaves the view above. "
+    return log._replace(rows=log.rows[: out + 1]), f"Until {at(log.column('t'), out)}"
 
 
 def of_attitude(log: FlightLog, panels: list[Panel]) -> str:
@@ -323,9 +321,8 @@ def panel_jobs(log: FlightLog, _name: str, efforts: Mapping[str, str] | None = N
     The rest is called learning of the paper's plant, vehicle of a real one, and signals, all that is left, of any other.
     """
     track = track_of(log)
-    path = [FigureJob("path", of_path(log, track), log.column("t"), [], track=track)] * (
-        len(SPACE & {*position_axes(log)}) > 1
-    )
+    first = FigureJob("path", of_path(log, track), log.column("t"), [], track=track)
+    path = [first] * (len(SPACE & {*position_axes(log)}) > 1)
     log, cut = in_view(log, track) if path else (log, "")
     position, attitude, inputs = position_panels(log), attitude_panels(log), input_panels(log, efforts)
     if LEARNING in log.columns or VEHICLE in log.columns:
@@ -340,4 +337,7 @@ def panel_jobs(log: FlightLog, _name: str, efforts: Mapping[str, str] | None = N
         ("inputs", inputs, partial(of_inputs, log, inputs)),
         (rest, others, partial(of_others, others, t, steady_wind(log))),
     )
-    return [*path, *(FigureJob(file, cut + said(), t, panels, 2) for file, panels, said in figures if panels)]
+    why = {"position": ", when the vehicle leaves the view above"}
+    cuts = [f"{cut}{why.get(file, '')}. " * bool(cut) for file, *_ in figures]
+    drawn = zip(cuts, figures, strict=True)
+    return [*path, *(FigureJob(file, cut + said(), t, panels, 2) for cut, (file, panels, said) in drawn if panels)]

@@ -175,12 +175,11 @@ def parts(c: FlightCertificate) -> dict[str, Array]:
 
 def seen(c: FlightCertificate) -> str:
     """What the figure of |r| and of the thrust shows of this flight."""
-    left = f"up to {c.until:.3g} s, " * bool(len(c.later))
+    judged = f"Up to {c.until:.3g} s, " * bool(len(c.later))
     why = f": the law then commands {c.undefined}{NO_RATES}" * bool(c.undefined)
-    rest = f" What follows is faint and not judged{why}." if left else ""
-    k = c.conditions
-    allowed = f", of which the coupling allows {k.thrust_bound:.4g} N" if k.thrust_bound else ""
-    return f"Left: {left}{of_ball(c)}.{rest} Right: the thrust{allowed}."
+    rest = f" What follows is faint and not judged{why}." if judged else ""
+    bound = c.conditions.thrust_bound
+    return f"{judged}{of_ball(c)}.{rest}{f' The coupling allows a thrust of {bound:.4g} N.' if bound else ''}"
 
 
 def stacked(c: FlightCertificate) -> str:
