@@ -353,3 +353,15 @@ def test_a_fit_of_mean_forces_that_overshoots_stays_finite():
     still = np.zeros(2)
     at = ForceNumbers(np.array([7.0]), 1.0, 1.0, still, still, np.zeros((1, 2)))
     assert at.moved({"flat": 0.0}, np.array([800.0]), np.zeros((1, 2))).levels == [8.0]
+
+
+def test_the_gain_of_pitch_allows_for_an_inertia_about_z_that_no_flight_reveals():
+    """A vehicle that rolls while it yaws pitches, too; this was taken for an inertia about y that was 19 % too large."""
+    flight, truth = logged("crazyflie", "lively", 963, 12.0, 0.1), true_values("crazyflie")
+    found = identify([flight], made_flights.misgiven(start("crazyflie"), 1.0, 1.0, 0.8), lambda _: None, predictors=False)
+    low, high = reach(found, "pitch")
+    speed = truth["command.speed"] / found.fitted["command.speed"].value
+    gain = speed**2 * found.fitted["inertia[1]"].value / truth["inertia[1]"] - 1.0
+    assert -low < gain < high < 0.5
+    assert max(reach(found, "roll")) < 0.1
+    assert gain > 0.08  # so that it matters

@@ -94,7 +94,7 @@ def test_the_report_shows_predictions_simulations_and_estimates(tmp_path, logs):
         "position after 0.5 s",
         "the better baseline",
         "(of 2 flights, the one whose position is predicted worst): measured, and predicted 0.1 s earlier",
-        "Settings vehicle crazyflie, 0.0328 kg flights B0_made, B1_made",
+        "Flights: B0_made, B1_made.",
         "zero rate",
         "B0_made: setpoint, real",
         "B1_made: how far estimates",

@@ -45,6 +45,9 @@ UNSURE_SCALES = 25.0
 REFITTED = 6
 """Most steps of a search for the other parameters once those that are not determined are back at their values."""
 
+UNKNOWN_UPRIGHT = 0.25
+"""Half of the interval of the logarithm of the given inertia about z."""
+
 MOST_DELAY = 0.02
 """Largest half of the delay's interval within which numbers from averages are tried [s]."""
 
@@ -250,6 +253,18 @@ def by_rotors(
     return found
 
 
+def by_upright(
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], prior: Prior
+) -> Floats:
+    """By how much numbers move, on the search's scale and beyond what is in proportion, with the inertia about z, which no
+    flight reveals: where a vehicle rolls while it yaws, the pitch that this causes is taken for another inertia.
+    """
+    every = (*free, Free("inertia[2]", ("airframe.inertia.2",), "kg m^2"))
+    around = curvature(problem_of(flights, vehicle, p, SHORT, every), point_of(p, every), SHORT_WEIGHTS, prior).hessian
+    slopes = -np.linalg.pinv(around[:-1, :-1]) @ around[:-1, -1]
+    return UNKNOWN_UPRIGHT * np.abs(slopes - np.array(["J_z" in one.grows for one in free]))
+
+
 def fitted_numbers(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], prior: Prior,
     told: dict[str, AverageEstimate], block: HalfSeconds | None, still: bool,
@@ -265,6 +280,7 @@ def fitted_numbers(
     found = standard_errors(around, prior, sure, told, here, block, there, p, vehicle.geometry(), flights[0].speeds)
     halves = found.halves(in_step(every, point, found, told))
     halves += noise_bias(flights, vehicle.geometry(), every)
+    halves[: len(free)] += by_upright(flights, vehicle, p, free, prior)
     moved = by_rotors(flights, vehicle, p, every, halves) if told else {}
     lean = 0.0 if still or block is None else wind_lean(block)
     levers = lean * float(p.airframe.drag.flapping / p.airframe.drag.rotor[0])  # of the torque of the wind that leans it

@@ -41,9 +41,6 @@ AHEAD = 50
 """Samples ahead, of which the summary speaks."""
 
 
-HARDLY = 0.9
-"""From this share of the better baseline's error on a prediction is called hardly better."""
-
 TIMES = 2.0
 """From this ratio on it is said how many times."""
 
@@ -116,13 +113,15 @@ def evidence(flights: Sequence[FlightRecord], request: ReplayRequest, result: Re
     named = flights[0].name if len(flights) == 1 else counted(len(flights), "flight")
     vehicle, first = called(request.section), result.predictions[0].compared if result.predictions else None
     name = f"{vehicle} ({request.vehicle}) on {named}"
-    sections: list[Section] = [markup.heading("Predictions", "predictions"), markup.paragraph(METHOD)] if first else []
+    method = f"Flights: {', '.join(flight.name for flight in flights)}. {METHOD}"
+    sections: list[Section] = [TableSection("Predictions", "predictions", text=method, set_as=escape)] * bool(first)
     sections += [error_table(one.title, one.compared, result.period) for one in result.predictions]
     if result.flown and request.controller:
         sections.append(tracking_table(result.flown, str(request.controller["type"])))
     if result.estimates:
         sections.append(estimate_table(result.estimates))
-    sections += settings(flights, request, result)
+    files = ["prediction_errors.csv", *["tracking.csv"] * bool(result.flown), *["estimates.csv"] * bool(result.estimates)]
+    sections.append(markup.links([(one, one) for one in files], "Errors of every flight, in SI units:"))
     known = [flight.name for flight in flights if was_fitted_to(request.section, flight)]
     left = [flight for flight in flights if first and flight.name not in first.names]
     unseen = [f"Nothing is predicted for {listed([one.name for one in left])}: {why_unusable(left)}."] if left else []
@@ -138,24 +137,8 @@ def evidence(flights: Sequence[FlightRecord], request: ReplayRequest, result: Re
         sections=sections,
         more=[*thrust, *result.laws],
         warnings=warnings,
+        fold=("predictions", "estimates", "others"),
     )
-
-
-def settings(flights: Sequence[FlightRecord], request: ReplayRequest, result: Replayed) -> list[Section]:
-    """What the results rest on, and the tables of a folder, with links to them."""
-    rows = [
-        ("vehicle", f"{request.vehicle}, {request.section.mass:g} kg"),
-        ("flights", ", ".join(flight.name for flight in flights)),
-        ("a row every", quantity(result.period, "s")),
-        *(
-            ("predicted from", f"{one.compared.knows}, {one.compared.starts:,} starting points")
-            for one in result.predictions[:1]
-        ),
-        *([("flown with", str(request.controller["type"]))] if request.controller else []),
-    ]
-    names = ["prediction_errors.csv", *["tracking.csv"] * bool(result.flown), *["estimates.csv"] * bool(result.estimates)]
-    tables = markup.links([(name, name) for name in names], "Errors of every flight, in SI units:")
-    return [TableSection("Settings", "flown", ("", ""), rows, set_as=escape), tables]
 
 
 def called(vehicle: AirframeSection) -> str:
@@ -195,14 +178,13 @@ def predicting(compared: ErrorTable, period: float, tests: bool = True) -> str:
 
 
 def better_than_none(compared: ErrorTable) -> str:
-    """What is predicted better, hardly better or worse than by the better of the two baselines."""
+    """What is predicted better or worse than by the better of the two baselines."""
     kinds: dict[str, list[str]] = {}
     for group in GROUPS:
         ratio = to_better_guess(compared, group)
         low, high = (ratio.low, ratio.high) if ratio.bounded else (ratio.value, ratio.value)
-        better = "better than both baselines" if ratio.value < HARDLY else "hardly better than the better one"
         other = "worse than the better one" if low > 1.0 else "not demonstrably better than the better one"
-        kinds.setdefault(better if high < 1.0 else other, []).append(group)
+        kinds.setdefault("better than both baselines" if high < 1.0 else other, []).append(group)
     first, *rest = [f"{listed(groups)} {how}" for how, groups in kinds.items()]
     but = f", but {listed(rest)}" if rest else ""
     return first.replace("better one", "better baseline") + but
