@@ -194,6 +194,7 @@ class Backstepping(Controller):
 
     name = "backstepping"
     label = "adaptive backstepping (the paper's)"
+    theorem = True
     source = "Das, Lewis, Subbarao 2009"
     Gains = BacksteppingGains
     measures = State

@@ -122,7 +122,8 @@ class Controller(Generic[M, Y, G, U]):
     """A sampled law. Its numbers live in the gains; the object itself holds only structure and is hashable.
 
     name: the `type` in mission files. label: on the page and in tables. source: the paper. off_command: why the attitude
-    stays off the desired attitude of its `Command` in moving air, "" if it does not. Gains: its `NamedTuple` of declared
+    stays off the desired attitude of its `Command` in moving air, "" if it does not. theorem: whether it is the law that the
+    paper's Theorem 5.1 is about, which `certify` takes. Gains: its `NamedTuple` of declared
     gains. defaults: defaults that differ from those declared, by field. measures: the type of the law's input, which also
     decides what the controller flies: a `Measured` of a real vehicle, or a `State` of the paper's plant. also_measures:
     further fields of `Measured` that it needs; other fields are neither measured nor computed. commands: the type that `law`
@@ -142,6 +143,7 @@ class Controller(Generic[M, Y, G, U]):
     label: ClassVar[str] = ""
     source: ClassVar[str] = ""
     off_command: ClassVar[str] = ""
+    theorem: ClassVar[bool] = False
     Gains: ClassVar[type]
     defaults: ClassVar[Mapping[str, object]] = {}
     measures: ClassVar[type] = Measured

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.control.backstepping import Backstepping
 from quadstep.engines.fly import fingerprint, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io import __version__
@@ -144,7 +143,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     moves = steps(studied.rest.period, found.poles) if found.stable else []
     answer = [worst.finding(found, but)]
     if not found.stable:
-        answer += [flown_from_rest(mission), REMEDY + (f" {CERTIFY}" if mission.controller.controller is Backstepping else "")]
+        answer += [flown_from_rest(mission), REMEDY + (f" {CERTIFY}" if mission.controller.controller.theorem else "")]
     said = [*answer, *tables.sentences(found), *for_latency(mission)]
     about = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
     poles = TableSection(

@@ -5,7 +5,6 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from quadstep.control.backstepping import Backstepping
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
@@ -118,7 +117,7 @@ AGREEMENT = 1e-6
 
 def check_plan(plan: FlightPlan) -> None:
     """Before the flight. Raises UserError."""
-    if type(plan.loop.controller) is not Backstepping:
+    if not plan.loop.controller.theorem:
         raise UserError(
             f"controller: {type(plan.loop.controller).__name__} is not the law of Theorem 5.1 (its r1, r2 and two nets are "
             'missing); certify needs controller.type = "backstepping"'

@@ -100,7 +100,7 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
             TableSection("Checks", "checks", ("", "share", "should be", ""), found.ways, CHECKED),
         ],
         cases=(Case("completed", lost),),
-        fold=("ball", CHANGES, "checks"),
+        fold=("ball", "checks", *([] if c.outside.any() else [CHANGES])),
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.control.backstepping import Backstepping, BacksteppingGains, largest_inertia
+from quadstep.control.backstepping import BacksteppingGains, largest_inertia
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
@@ -243,7 +243,7 @@ def unstable(mission: Mission, plan: FlightPlan, at: Hover, growth: Instability)
 def consequence(plan: FlightPlan) -> list[str]:
     """What this means for Theorem 5.1, if its printed conditions hold."""
     gains = plan.parameters.gains
-    if not isinstance(plan.loop.controller.unwrapped, Backstepping) or not isinstance(gains, BacksteppingGains):
+    if not plan.loop.controller.unwrapped.theorem or not isinstance(gains, BacksteppingGains):
         return []
     outer = min(gains.gain_1 - gains.mass * gains.slope_1)
     inner = min(gains.gain_2 - largest_inertia(plan.parameters.vehicle.inertia) * gains.slope_2)
