@@ -495,7 +495,10 @@ def test_a_flight_that_was_not_as_asked_is_not_ranked_and_all_rows_stand_by_valu
     rows = re.findall(r"<tr><td>(.)</td><td>(?:<[bi]>)?([^<]*)<", text.split('id="board"')[1])
     assert rows[:3] == [("1", "Ada"), ("–", "the class's own gains"), ("–", "Group 2 (you)")]
     assert "Your smallest: 2.00\u00a0mm, not ranked: no flight of yours was as asked. The best of the class: 30.0" in text
+    mine = next(iter(room.members))
+    assert "Your best: 30.0\u00a0mm, rank 1 of 1." in ask(port, "/", mine)[2], "and not behind the class's own 35 mm"
     room.own = room.own._replace(numbers={room.ground.metric: 0.025})
+    assert "Your best: 30.0\u00a0mm, behind the class's own gains." in ask(port, "/", mine)[2]
     rows = re.findall(r"<tr><td>(.)</td><td>(?:<[bi]>)?([^<]*)<", ask(port, "/", token)[2].split('id="board"')[1])
     assert [name for _, name in rows[:2]] == ["the class's own gains", "Ada"]
 
