@@ -505,7 +505,7 @@ def test_flights_that_do_not_differ_are_said_to_decide_nothing(tmp_path):
         r'<p class="answer">(pid|geometric) is best \(position RMSE [^<]*\smm\), next (pid|geometric) \([^<]*\smm\)\.</p>',
         report,
     )
-    assert "<small>2 missions</small>" in report and "All missions fly the same path.<" in report
+    assert "All missions fly the same path.<" in report
     assert "Wilcoxon" not in report and "mean rank" not in report
     assert "everything else is the same" not in report  # missions differ in whatever they like
     assert "pairs decided" not in report

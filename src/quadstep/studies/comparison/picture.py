@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import drawing, write
-from quadstep.report.colours import COLOURS
+from quadstep.report.colours import COLOURS, CURVES
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
 from quadstep.report.units import number, percent
-from quadstep.studies.comparison.answer import median, unit_of
+from quadstep.studies.comparison.answer import leaders, median, unit_of
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.words import LOST, interval_text, share_lost, situation_caption, title
@@ -73,7 +73,8 @@ def draw_panel(axes: Axes, results: Comparison, situations: Sequence[Situation],
             place = results.controllers.index(one.controller)
             height = -row * group - place * A_CONTROLLER
             rows[height] = one.controller
-            looks = SHAPES[place % len(SHAPES)], "white" if one.spreads[metric].median.value > limit else "black"
+            color = CURVES[0] if one.controller in leaders(results, situation) else "0.35"
+            looks = SHAPES[place % len(SHAPES)], "white" if one.spreads[metric].median.value > limit else color, color
             draw_result(axes, one, metric, height, unit.factor, looks)
             tell_result(axes, one, results, metric, height)
     axes.set_yticks(list(rows), list(rows.values()))
@@ -82,7 +83,9 @@ def draw_panel(axes: Axes, results: Comparison, situations: Sequence[Situation],
     axes.grid(visible=False, axis="y")
 
 
-def draw_result(axes: Axes, one: SituationResult, metric: str, height: float, factor: float, looks: tuple[str, str]) -> None:
+def draw_result(
+    axes: Axes, one: SituationResult, metric: str, height: float, factor: float, looks: tuple[str, str, str]
+) -> None:
     """One controller in one situation; an arrow where its 95 % quantile is lost."""
     size = rcParams["legend.fontsize"]
     median, high = one.spreads[metric].median, one.spreads[metric].high.value
@@ -97,10 +100,10 @@ def draw_result(axes: Axes, one: SituationResult, metric: str, height: float, fa
             share_lost(one), (value, height), (12, 0), textcoords="offset points", va="center",
             fontsize=size, arrowprops={"arrowstyle": "<-", "linewidth": 0.6},
         )  # fmt: skip
+    shape, face, color = looks
     if math.isfinite(low) and math.isfinite(top):
-        axes.plot([low, top], [height, height], color="black", linewidth=1.6, zorder=2)
-    shape, face = looks
-    axes.plot(value, height, marker=shape, color="black", markerfacecolor=face, markersize=4.0, linestyle="", zorder=3)
+        axes.plot([low, top], [height, height], color=color, linewidth=1.6, zorder=2)
+    axes.plot(value, height, marker=shape, color=color, markerfacecolor=face, markersize=4.5, linestyle="", zorder=3)
 
 
 def tell_result(axes: Axes, one: SituationResult, results: Comparison, metric: str, height: float) -> None:

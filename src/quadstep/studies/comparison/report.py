@@ -22,7 +22,7 @@ from quadstep.report.units import counted, listed, metric
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.single_flight import replay
 from quadstep.studies.comparison import robustness, tables, words
-from quadstep.studies.comparison.answer import decisions, first, leaders, median, several
+from quadstep.studies.comparison.answer import decisions, leaders, median
 from quadstep.studies.comparison.cells import FIRST, Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison
 from quadstep.studies.comparison.jobs import Job
@@ -69,11 +69,10 @@ LOOPS = (
     "such as an adapted weight, that may have any value at rest: it neither grows nor decays."
 )
 DECIDING = (
-    "The first has the smallest median of those that lead; the second is tied with it, or next. Differences are medians over "
-    "the flights that both complete, flight by flight, with 95 % intervals; verdicts allow for the number of all pairs. "
-    "The flights that would tell two apart do so with a chance of 80 %, if they differ as found."
+    "First: the smallest median of those that lead; second: tied with it, or next. Differences are medians over the flights "
+    "that both complete, with 95 % intervals; so many flights as would decide do so with a chance of 80 %."
 )
-MEDIANS = "{} of {}{}; a lost flight ranks worse than any other. In bold: best, or tied for best.{}"
+MEDIANS = "{} of {}{}; a lost flight ranks worse than any other. In bold: best, or tied for best.{}{}"
 FAILING = "A disturbance is increased until flights fail, that is, are lost or exceed the error limit."
 RAISED = f"{FAILING} The last column is the share of an equal number of other flights that fail at the 50 % point."
 
@@ -97,13 +96,13 @@ def evidence(
         one.spreads[results.metric].median.value > results.limits.get(one.situation, math.inf) for one in results.results
     )
     opened = " An open mark in the first panel is a large error." * (large and results.metric == "position_rmse" and not many)
-    better = "The paler" if many else "The farther left"
+    better = "The paler, the better" if many else "Blue: best in its situation, or tied for best"
     drawn = [words.title(results, one) for one in list(results.metrics)[: 1 if many else 2]]
     whole = f"{listed([drawn[0][0].upper() + drawn[0][1:], *drawn[1:]])} of every {results.kind}"
     figures = {
         vehicle: Figure(
             str(name),
-            f"{whole}{everywhere[vehicle]}{f' on {vehicle}' if vehicle else ''}{spread}. {better}, the better.{opened}",
+            f"{whole}{everywhere[vehicle]}{f' on {vehicle}' if vehicle else ''}{spread}. {better}.{opened}",
         )
         for vehicle, name in pictures.items()
     }
@@ -115,13 +114,13 @@ def evidence(
         if links
         else markup.paragraph(f"There is no page with flights: {missing}."),
     ]
-    for vehicle, figure in figures.items():
-        sections += [medians(results, flights, vehicle), *([] if figure in shown else [figure])]
     if decided := [] if results.copies else decisions(results):
         title = f"Decisions: {metric(results.metrics[results.metric])[0]}, flight by flight"
         sections.append(
             TableSection("Decisions", "decisions", tables.DECISION_HEADER, decided, DECIDING, shown=title, most=12)
         )
+    for vehicle, figure in figures.items():
+        sections += [medians(results, flights, vehicle), *([] if figure in shown else [figure])]
     if results.linear:
         loops = robustness.rows(results.linear)
         sections.append(TableSection("Linear margins", "linear", *results.table(robustness.HEADER, loops, LOOPS)))
@@ -154,7 +153,7 @@ def evidence(
         figures=shown,
         sections=sections,
         paper=tables.latex_tables(results),
-        fold=("linear", "method", *(f"all-{identity(vehicle or 'missions', ())}" for vehicle in figures)),
+        fold=("linear", "gains", "method", *(f"all-{identity(vehicle or 'missions', ())}" for vehicle in figures)),
     )
 
 
@@ -162,10 +161,11 @@ def medians(results: Comparison, flights: Sequence[Job[StudyCell]], vehicle: str
     """The median of every controller in every situation of a vehicle."""
     begins = {job.subject.campaign.content.get("score_from") or 0.0 for job in flights}
     scored = f", errors from {float(str(begins.pop())):g} s on" if len(begins) == 1 and begins != {0.0} else ""
-    text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), scored, words.limit(results, vehicle))
+    marked, large = tables.marks(results, vehicle), words.limit(results, vehicle)
+    text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), scored, marked, large)
     text = f"{text[:1].upper()}{text[1:]}"
     title = f"{', '.join([vehicle, *filter(None, results.shared[1:])]) + ': ' if vehicle else ''}{words.measured(results)}"
-    title += f" of {counted(results.seeds, 'flight')}"
+    title += f" of {counted(results.seeds, 'flight')}{marked and '; !: not as asked'}"
     label, ((corner, *names), found_rows) = vehicle or "Missions", tables.matrix(results, vehicle)
     lead = [leaders(results, one) for one in results.ranked if one.vehicle == vehicle]
     cells: list[list[markup.Cell]] = [
@@ -180,18 +180,7 @@ def medians(results: Comparison, flights: Sequence[Job[StudyCell]], vehicle: str
 
 
 def facts(results: Comparison) -> list[markup.Fact]:
-    """Who is best, and how much is decided."""
-    who = counted(len(results.controllers), results.kind)
-    where = f" in {counted(len(results.ranked), 'situation')}" if results.kind == "controller" else ""
-    flown = markup.Fact("flights", f"{results.seeds} each", who + where)
-    if len(results.controllers) < 2:
-        return [flown]
-    lead, most = first(results)
-    leads = markup.Fact(
-        "best or tied for best",
-        several(lead) if lead else "none",
-        f"{'each ' * (len(lead) > 1)}in {most} of {len(results.ranked)} situations",
-    )
+    """How many fly as asked, and how much is decided."""
     graded = [one.grade for one in results.results if one.grade]
     wrong = [one for one in graded if one.grade is not FlightGrade.AS_ASKED]
     why = dict.fromkeys(label for one in wrong for label in one.labels or ("lost",))
@@ -202,10 +191,8 @@ def facts(results: Comparison) -> list[markup.Fact]:
         "with 95 % confidence in all of them jointly",
     )
     return [
-        *([leads] if len(results.ranked) > 1 else []),
         *([asked] if graded else []),
         *([pairs] if results.pairs else []),
-        flown,
     ]
 
 
@@ -251,7 +238,7 @@ def markdown(results: Comparison, found: Evidence) -> str:
     parts += [f"![{one.caption}]({one.name}.png)" for one in found.figures]
     folded = False
     for one in (section for section in found.sections if isinstance(section, TableSection)):
-        folded = one.anchor in found.fold if one.title else folded
+        folded = one.anchor in found.fold and one.anchor != "gains" if one.title else folded
         if folded:
             continue
         rows = [[cell if isinstance(cell, str) else f"**{cell[0]}**" for cell in row] for row in one.rows]

@@ -94,8 +94,7 @@ class ComparisonRun:
 
         going = {job.key: job for job in jobs if self.kept.find(job.kind, job.key) is None or self.failed(job)}
         missing = list(going.values())
-        total = sum(map(size, jobs))
-        over = total - sum(map(size, missing))
+        over = (total := sum(map(size, jobs))) - sum(map(size, missing))
         self.how.progress.to(over, total)
 
         def look() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pyarrow as pa
 
 from quadstep.report.publish import booktabs, cell, write_csv
-from quadstep.report.units import counted, number, percent
+from quadstep.report.units import counted, listed, number, percent
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.comparison.answer import leaders, unit_of
 from quadstep.studies.comparison.cost import BOARD
@@ -71,11 +71,18 @@ def write_tables(out: Path, results: Comparison) -> None:
 
 
 def short(results: Comparison, one: SituationResult) -> str:
-    """A cell in few words: median, 95 % quantile, what is lost, and why its median flight is not as asked."""
+    """A cell in few words: median, 95 % quantile, what is lost, and whether its median flight is not as asked."""
     spread, factor = one.spreads[results.metric], unit_of(results, results.metric).factor
     parts = [number(factor * value) if math.isfinite(value) else "lost" for value in (spread.median.value, spread.high.value)]
     lost = f", {share_lost(one)}" if one.lost.value > 0.0 else ""
-    return ", ".join([f"{parts[0]}{f' ({parts[1]})' * results.spreads}{lost}", *(one.grade.labels if one.grade else ())])
+    return f"{parts[0]}{f' ({parts[1]})' * results.spreads}{lost}{' !' * bool(one.grade and one.grade.labels)}"
+
+
+def marks(results: Comparison, vehicle: str) -> str:
+    """What the mark of a flight that is not as asked means, in a sentence after a blank; nothing where there is none."""
+    graded = [one.grade for one in results.results if one.grade and one.situation.vehicle == vehicle]
+    why = dict.fromkeys(label for one in graded for label in one.labels)
+    return f" !: the median flight is not as asked ({listed([*why])})." * bool(why)
 
 
 def matrix(results: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]:
@@ -184,7 +191,11 @@ def latex_tables(results: Comparison) -> str:
         bold = [(0, i, header.index(name)) for i, situation in enumerate(there) for name in leaders(results, situation)]
         text = f"{results.name}: {measured(results)}, {counted(results.seeds, 'flight')} per cell"
         loops = [[name, *(loop_cell(results, vehicle, one, value) for one in header[1:])] for name, value in LOOP]
-        comments = [text, *([vehicle] if vehicle else []), "margins: the least over all channels, at rest"]
+        comments = [
+            text,
+            *filter(None, (vehicle, marks(results, vehicle).strip())),
+            "margins: the least over all channels, at rest",
+        ]
         tables.append(booktabs(header, [rows, loops], comments, bold))
     return "\n".join(tables)
 
