@@ -213,7 +213,11 @@ def test_a_loop_that_swings_about_a_rest_is_unstable_there_and_said_to_swing(tmp
     run = quadstep("linear", EXAMPLES / "super_twisting.toml", "--out", tmp_path / "out")
     unstable, (swings, remedy) = run.out.splitlines()[0], run.out.splitlines()[-3:-1]
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert page.index("it does not settle") < page.index("<figure")
+    assert page.index("it does not settle") < page.index("<figure") < page.index("in that flight")
+    (job,) = flown_from_rest(read_mission(EXAMPLES / "super_twisting.toml"))[1]
+    far = job.panels[0].lines["flown"]
+    swing = float(re.search(r"swings by ([\d.]+)\smm", run.out)[1])
+    assert 1e3 * far[len(far) // 2 :].max() == pytest.approx(swing, rel=1.0)
     assert remedy == REMEDY
     assert unstable.startswith("At rest at the start of its path, the loop is unstable: a deviation doubles every ")
     said = rf"{THERE}, it does not settle: it swings by 1\d(\.\d)? mm along [xy] every 0.\d+ s\."
@@ -223,8 +227,8 @@ def test_a_loop_that_swings_about_a_rest_is_unstable_there_and_said_to_swing(tmp
 
 def test_what_a_flight_of_an_unstable_loop_does_is_said():
     wild = hover({"type": "geometric", "k_Omega": 2000.0})
-    assert re.match(rf"{THERE}, it (is lost after|does not settle)", flown_from_rest(wild))
-    assert "too slowly to be seen" in flown_from_rest(hover())
+    assert re.match(rf"{THERE}, it (is lost after|does not settle)", flown_from_rest(wild)[0])
+    assert "too slowly to be seen" in flown_from_rest(hover())[0]
 
 
 MISSION = """

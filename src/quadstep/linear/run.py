@@ -10,6 +10,7 @@ import numpy as np
 
 from quadstep.engines.fly import fingerprint, fly
 from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import FlightLog
 from quadstep.io import __version__
 from quadstep.io.errors import UserError, errors_in
 from quadstep.io.run_record import FIGURES
@@ -21,16 +22,19 @@ from quadstep.linear.margins import Margins
 from quadstep.linear.states import Array
 from quadstep.linear.tables import OpenLoop, decibels, draw_bode, draw_nyquist, draw_steps, merged
 from quadstep.linear.transfer import LOWEST, harmonic, opened
+from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.statistics import finite
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten
 from quadstep.report import markup
+from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure, TableSection
+from quadstep.report.panel import LOG, Panel
 from quadstep.report.publish import MANIFEST, publishing, write_csv, write_json
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import listed, quantity
+from quadstep.report.units import quantity
 
 MARGIN_COLUMNS = (
     "gain_up[dB]", "gain_down[dB]", "phase[rad]", "crossover[rad/s]", "delay[s]", "disk[-]", "sensitivity[-]",
@@ -83,13 +87,24 @@ STEADY = 0.5
 THERE = f"Flown there after a step of {1e3 * KICK:g} mm along each axis"
 
 
-def flown_from_rest(mission: Mission) -> str:
-    """A sentence on a flight that is to stay where the path begins, without noise, gusts and events, after a small step."""
+def flown_from_rest(mission: Mission) -> tuple[str, list[FigureJob]]:
+    """A flight that is to stay where the path begins, without noise, gusts and events, after a small step: a sentence, and its
+    figure, if it can be flown.
+    """
     path = mission.path.build(mission.folder)
     try:
         log = fly(quiet(hover_mission(mission, path.law.reference(0.0, path.parameters), LONG, KICK).plan(warn=False)))
     except UserError as error:  # a law of the user's own that fails there
-        return f"It cannot be flown at rest: {error}."
+        return f"It cannot be flown at rest: {error}.", []
+    far = Panel("distance", "m", {"flown": np.linalg.norm(position_errors(log), axis=1)}, LOG)
+    return of_flight(log), [FigureJob("flown", GROWING, log.column("t"), [far])]
+
+
+GROWING = "Distance from where it should stay, in that flight. An error that keeps doubling rises along a straight line."
+
+
+def of_flight(log: FlightLog) -> str:
+    """How such a flight ends, in a sentence."""
     if log.outcome is not Outcome.COMPLETED:
         return f"{THERE}, it is lost after {log.ended:.3g} s."
     t, half = log.column("t"), len(log.rows) // 2
@@ -141,9 +156,10 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     """
     found = studied.analysis
     moves = steps(studied.rest.period, found.poles) if found.stable else []
-    answer = [worst.finding(found, but)]
+    answer, jobs = [worst.finding(found, but)], list[FigureJob]()
     if not found.stable:
-        answer += [flown_from_rest(mission), REMEDY + (f" {CERTIFY}" if mission.controller.controller.theorem else "")]
+        flown, jobs = flown_from_rest(mission)
+        answer += [flown, REMEDY + (f" {CERTIFY}" if mission.controller.controller.theorem else "")]
     said = [*answer, *tables.sentences(found), *for_latency(mission)]
     about = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
     poles = TableSection(
@@ -166,9 +182,9 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     )
     if not found.stable:
         (out / FIGURES).mkdir()
-        grow, others = growing(steps(found.loop, found.poles))
-        draw_steps(out / FIGURES / "step", grow, sheet.with_svg())
-        return done._replace(figures=[Figure(f"{FIGURES}/step", of_growth(others))])
+        for job in jobs:
+            job.draw(out / FIGURES, sheet.with_svg())
+        return done._replace(figures=[Figure(f"{FIGURES}/{one.name}", one.caption) for one in jobs])
     draw(out / FIGURES, found, moves, sheet.with_svg())
     margins = f"{mission.name}: margins, one loop opened at a time"
     return done._replace(
@@ -184,22 +200,6 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
 
 
 CERTIFY = "`quadstep certify` judges the conditions of Theorem 5.1."
-TENTH = 0.1
-"""Of the largest response of an unstable loop; what stays below is not drawn beside it."""
-
-
-def growing(moves: list[StepResponse]) -> tuple[list[StepResponse], list[StepResponse]]:
-    """The responses that say how an unstable loop fails, and those that beside them would be flat."""
-    size = {one.name: float(np.abs(one.value).max()) for one in moves}
-    drawn = [one for one in moves if size[one.name] >= TENTH * max(size.values())]
-    return drawn, [one for one in moves if one not in drawn]
-
-
-def of_growth(others: list[StepResponse]) -> str:
-    """What the figure of an unstable loop shows."""
-    said = "The path steps by 1 along one axis at a time; this is the linear response, without the limits of a flight."
-    most = max((float(np.abs(one.value).max()) for one in others), default=0.0)
-    return f"{said} Not drawn: {listed([one.name for one in others])}, at most {most:.3g}." if others else said
 
 
 def for_latency(mission: Mission) -> list[str]:
