@@ -252,7 +252,7 @@ def test_the_other_verdicts_have_their_numbers():
     assert kind(broken) == "conditions broken"
     unmet = "is not covered by the proof of Theorem 5.1: K_r2 - J_M max(Lambda2) = 0 N m s in psi with J_M = 5, not above 0;"
     assert unmet in answer(broken)
-    assert facts(broken)[0][1] == "violated"
+    assert facts(broken)[0][1:3] == ("violated", "")
     lost = answer(c._replace(outcome=Outcome.SPINNING, ended=3.5))
     assert lost.startswith("Lost at 3.5 s. Up to 4 s, this flight meets the conditions of Theorem 5.1 but does not test")
     assert "does test it" not in lost  # which flies as it should not, whatever it is told
@@ -269,7 +269,7 @@ def test_a_flight_whose_coupling_raises_l_outside_the_ball_contradicts_the_theor
     assert np.all(c.r[at] > c.b_r_printed)
     assert np.all((c.lyapunov.rate - c.lyapunov.coupling)[at] < 0.0)
     assert culprit(c) == "coupling"
-    assert facts(c)[0][1] == "violated"
+    assert facts(c)[0][1:3] == ("violated", "all but that of the coupling hold")
     assert f"At {at.sum()} of the {c.outside.sum()} samples outside the ball b_r, dL/dt" in answer(c)
     assert "mostly because of the omitted coupling" in answer(c)
     assert "contradicts Theorem 5.1: its printed conditions hold" in answer(c)
