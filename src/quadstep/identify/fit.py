@@ -45,7 +45,7 @@ UNSURE_SCALES = 25.0
 REFITTED = 6
 """Most steps of a search for the other parameters once those that are not determined are back at their values."""
 
-UNKNOWN_UPRIGHT = 0.25
+UNKNOWN_UPRIGHT = 0.3
 """Half of the interval of the logarithm of the given inertia about z."""
 
 MOST_DELAY = 0.02

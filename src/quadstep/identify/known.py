@@ -42,8 +42,8 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
     scale = (
         "No flight reveals the mass m, the rotors' thrust coefficient k_f or the inertia about z, J_z. The next table is for "
         f"m = {mass} kg and k_f = {thrust} N s^2, as given, and J_z = {about_z} kg m^2 (given: {before_z}), in proportion to "
-        "the inertias about x and y. If one of the three is wrong, so are the values, in proportion (for J_z only nearly, "
-        "and the interval of the torque coefficient holds only if J_z is right). The fit's own error adds to that."
+        "the inertias about x and y. If one of the three is wrong, so are the values, in proportion (for J_z only nearly). "
+        "The fit's own error adds to that; its intervals allow for a J_z that is a third larger or a quarter smaller."
     )
     header = ("parameter", "value", "95 % interval", "given", "proportional to")
     ratio = "Known only up to the mass m, thrust coefficient k_f and yaw inertia J_z"
