@@ -152,7 +152,11 @@ def test_plain_flights_that_look_for_several_kinds_of_failure_add_their_rates():
     assert found.rate.value == pytest.approx(2.0 * 2 / event.crude)
     share = f"4 of {2 * event.crude:,}"
     assert found.sentence.endswith(f": of flights drawn as in the campaign, {share} a and {share} others b")
-    parts = "It is the sum of 0.00100 for flights that a and 0 (none was found) for flights that b. From"
+    parts = "All failures found a. From"
+    assert (
+        "It is the sum of 0.00100 for flights that a and 0.00100 for flights that b. From"
+        in sentences(summarise([both] * 3), Method.SUBSET)[0]
+    )
     one = both.model_copy(update={"events": [both.events[0], both.events[1].model_copy(update={"probability": 0.0})]})
     assert parts in sentences(summarise([one] * 3), Method.SUBSET)[0]
     (early,) = crude_of([one.model_copy(update={"events": [event.model_copy(update={"failure": "ended early"})]})]).kinds

@@ -30,7 +30,7 @@ from quadstep.studies.campaign.varied import text_of, variation_text
 from quadstep.studies.rare.point_flyer import PointFlyer, check_space
 from quadstep.studies.rare.replicates import PieceKind, fly_piece, pieces
 from quadstep.studies.rare.run_folder import DoneEvent, FinishedPiece, RareRecord, opened
-from quadstep.studies.rare.summary import CONFIDENCE, HOW, RareSummary, as_json, common, rounded, sentences, summarise
+from quadstep.studies.rare.summary import HOW, RareSummary, as_json, common, rounded, sentences, summarise
 
 LEVELS = f"{FIGURES}/levels"
 
@@ -84,13 +84,9 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         ("quadstep", record.manifest["version"]),
     ]
     said = sentences(summary, file.rare.method, campaign.meaning)
-    value, low, high = (units.number(part) for part in summary.probability)
-    facts = [markup.Fact("probability of failure", value, f"95 % interval: {low} to {high}")]
-    if summary.warnings or not summary.probability.value:
-        facts = [markup.Fact("flights that fail", summary.crude.range_text, f"with {CONFIDENCE}", kind="fair")]
     plain = f"plain Monte Carlo: about {rounded(summary.one_by_one or 0.0, 1)} for an interval as wide"
     saved = summary.one_by_one and not (common(summary) or summary.warnings)
-    facts.append(markup.Fact("flights", f"{summary.flights:,}", plain if saved else ""))
+    facts = [markup.Fact("flights", f"{summary.flights:,}", plain if saved else "")]
     kinds = climbed(record.pieces)
     about = {"version": __version__, "campaign": str(path), "name": file.name, "method": file.rare.method.value}
     return Evidence(

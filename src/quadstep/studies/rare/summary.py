@@ -196,7 +196,9 @@ def rounded(flights: float, digits: int = 2) -> str:
 
 def by_kind(kinds: Mapping[str, float]) -> str:
     """The probability of each kind of failure, where there are several, in a sentence before a blank."""
-    found = [(units.number(share) if share else "0 (none was found)", HOW.get(kind, kind)) for kind, share in kinds.items()]
+    found = [(units.number(share), HOW.get(kind, kind)) for kind, share in kinds.items() if share]
+    if len(kinds) > len(found) == 1:
+        return f"All failures found {found[0][1]}. "
     return f"It is the sum of {units.listed([f'{share} for flights that {how}' for share, how in found])}. " * bool(found[1:])
 
 
