@@ -41,8 +41,8 @@ AGAINST_GUESSES = (
 
 INTERVALS, REACH = f"{FIGURES}/intervals", 60.0
 OF_INTERVALS = (
-    "The shorter the bar, the better the flights determine the parameter, with mass, thrust coefficient and yaw inertia as "
-    "given. Rise time and delay: over their sum. Orange: not known to within 50 %."
+    "The shorter the bar, the better the flights determine the parameter, with mass and thrust coefficient as given. "
+    "Rise time and delay: over their sum. Orange: not known to within 50 %."
 )
 """Of every parameter, up to so many per cent of its value."""
 
