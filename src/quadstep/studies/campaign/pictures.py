@@ -231,7 +231,7 @@ def draw_success(axes: Axes, key: PlottedKey) -> None:
         axes.plot(at, value, linestyle="", marker="o", markersize=3.0, color=color, label=name or "succeed [%]")
         least = min(least, float(low.min()))
     bottom = max(0.0, 100.0 - 1.15 * (100.0 - least))
-    axes.set_ylim(bottom if bottom < 100.0 else 99.0, 100.0 + 0.04 * (100.0 - bottom or 1.0))
+    axes.set_ylim(1.03 * bottom - 3.0 if bottom < 100.0 else 99.0, 100.0 + 0.04 * (100.0 - bottom or 1.0))
     axes.set_title("succeed [%], with exact 95 % intervals")
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:.10g}"))
