@@ -1,5 +1,6 @@
 """Equilibrium of the sampled loop: the state that a whole period reproduces, by Newton's method with the loop's own slopes."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -201,18 +202,29 @@ def newton(loops: Loops, flown: LoopState, first: int) -> Rest:
     raise NoRestError(f"no rest found: where the search ended, {moves}", sizes[-1])
 
 
-def with_pieces(rest: Rest) -> Rest:
-    """The loop also linearised on other sides of where it bends: towards mixtures of all states. Raises NotLinearError."""
+def mixtures(rest: Rest) -> Array:
+    """The deviations of all states to whose side a loop that bends is linearised."""
     count = len(states(rest.flown))
     mixed = np.random.default_rng(SEED).normal(size=(MIXED if count <= SMALL else MIXED // 4, count))
+    return np.concatenate([mixed, -mixed])
+
+
+def other_sides(rest: Rest) -> Iterator[ReducedPeriod]:
+    """The loop linearised on other sides of where it bends, without those that are alike. Raises NotLinearError."""
     found = [rest.period]
-    for way in (*mixed, *-mixed):
+    for way in mixtures(rest):
         one = reduced(linearised(rest.loops, rest.flown, rest.first, way / np.abs(way).max()))
         if all(one.map.shape != other.map.shape or relative_difference(one.map, other.map) > SAME for other in found):
             found.append(one)
-    sides = 1 + 2 * len(mixed)
-    differ = "all alike" if len(found) == 1 else "all different" if len(found) == sides else f"{len(found)} of them different"
-    return rest._replace(pieces=tuple(found[1:]), tried=f"{sides} one-sided linearisations ({differ})")
+            yield one
+
+
+def with_pieces(rest: Rest) -> Rest:
+    """The loop also linearised on other sides of where it bends. Raises NotLinearError."""
+    pieces, sides = tuple(other_sides(rest)), 1 + len(mixtures(rest))
+    some = "all different" if len(pieces) == sides - 1 else f"{1 + len(pieces)} of them different"
+    differ = some if pieces else "all alike"
+    return rest._replace(pieces=pieces, tried=f"{sides} one-sided linearisations ({differ})")
 
 
 def with_others(rest: Rest) -> Rest:

@@ -22,7 +22,7 @@ from quadstep.io.code_identity import as_it_is
 from quadstep.io.errors import UserError
 from quadstep.io.parts import source_digest
 from quadstep.linear.analysis import Analysis, analyse_rest, least, limits, of_even_rotors, of_loop, with_place, worst_of
-from quadstep.linear.equilibrium import after_warm_up, at_rest, hovering, newton, with_others, with_pieces
+from quadstep.linear.equilibrium import after_warm_up, at_rest, hovering, newton, other_sides, with_others
 from quadstep.linear.margins import Margins
 from quadstep.linear.modes import grouped
 from quadstep.linear.sampled import Loops, NoRestError, linearising
@@ -302,9 +302,7 @@ def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
                 return {}
             try:
                 rest = newton(one, flown, first)
-                if rest.period.period.bends:
-                    rest = with_pieces(rest)
-                if rest.pieces:
+                if rest.period.period.bends and next(other_sides(rest), None):
                     return {}
                 rest = with_others(rest)
             except NoRestError:
