@@ -139,7 +139,9 @@ def windy(controller):
 
 def test_laws_without_slopes_are_named():
     with pytest.raises(UserError, match="bits of a number"):
-        analyse_rest(windy({"type": "mppi"}))
+        analyse_rest(
+            Mission(vehicle={"preset": "x500"}, path={"type": "step", "end": [0.0, 0.0, 1.0]}, controller={"type": "mppi"})
+        )
 
 
 @pytest.mark.slow

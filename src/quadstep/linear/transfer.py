@@ -9,6 +9,7 @@ in Nyquist's criterion, and nothing in the loop is approximated.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -81,6 +82,13 @@ class OpenedLoop:
     def hold(self) -> Array:
         """How the ticks follow from the samples of the law, shape (ticks, samples)."""
         return hold(self.due, self.ticks)
+
+    @cached_property
+    def held(self) -> "OpenedLoop":
+        """From what is added to each sample of the law, which is held until the next."""
+        onto, of = self.hold, self.modal
+        modal = of and of._replace(driven=of.driven @ onto, fading=of.fading @ onto)
+        return replace(self, b=self.b @ onto, d=self.d @ onto, modal=modal)
 
     def only(self, channel: int) -> "OpenedLoop":
         own = slice(channel, channel + 1)
@@ -169,15 +177,18 @@ def transfer(one: OpenedLoop, omega: Array, onto: Array | Complex | None = None)
 
     onto: how the ticks of a period follow from its inputs, shape (ticks, inputs); default: from the held samples of the law.
     """
-    onto = one.hold if onto is None else onto
-    points, d = np.exp(1j * np.asarray(omega) * one.length), one.d @ onto
+    points = np.exp(1j * np.asarray(omega) * one.length)
+    if onto is None:
+        one = one.held
     if one.modal is None:
-        unit, b = np.eye(len(one.a)), one.b @ onto
-        return complex_(np.array([one.c @ np.linalg.solve(point * unit - one.a, b) + d for point in points]))
-    factors, felt, driven, fading = one.modal
-    weights = 1.0 / (points[:, None] - factors)
-    powers = points[:, None] ** -np.arange(1.0, len(fading) + 1.0)
-    return complex_((felt * weights[:, None, None, :]) @ (driven @ onto) + np.tensordot(powers, fading @ onto, 1) + d)
+        unit = np.eye(len(one.a))
+        through = np.array([one.c @ np.linalg.solve(point * unit - one.a, one.b) + one.d for point in points])
+    else:
+        factors, felt, driven, fading = one.modal
+        weights = 1.0 / (points[:, None] - factors)
+        powers = points[:, None] ** -np.arange(1.0, len(fading) + 1.0)
+        through = (felt * weights[:, None, None, :]) @ driven + np.tensordot(powers, fading, 1) + one.d
+    return complex_(through if onto is None else through @ onto)
 
 
 def loci(one: OpenedLoop, omega: Array) -> Complex:
