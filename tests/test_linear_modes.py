@@ -8,7 +8,7 @@ import pytest
 from quadstep import Mission
 from quadstep.linear.analysis import analyse_rest
 from quadstep.linear.modes import GONE, Modes, Pole, scales
-from quadstep.linear.states import Pose, in_words
+from quadstep.linear.states import Pose, in_words, short
 from quadstep.linear.tables import of_poles, pole_rows
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 2.0], "end": [0.0, 0.0, 2.0], "duration": 5.0}
@@ -128,3 +128,8 @@ def test_shares_of_states_do_not_depend_on_units():
     assert one.factors[order] == pytest.approx(other.factors[again])
     assert one.shares[:, order] == pytest.approx(other.shares[:, again], abs=1e-9)
     assert one.shares.sum(axis=0) == pytest.approx(np.ones(6))
+
+
+def test_each_state_has_a_short_name_of_its_own():
+    names = ["state.rates.0", "memory.rates.0", "memory.asked.0", "asked.0", "held.thrust"]
+    assert short(names) == ["rates.0", "memory.rates.0", "memory.asked.0", "asked.0", "thrust"]

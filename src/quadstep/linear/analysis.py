@@ -10,7 +10,7 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.linear.equilibrium import Rest, aside, at_rest, hovering
 from quadstep.linear.margins import TEXTBOOK, MarginLimits, Margins, margins
 from quadstep.linear.modes import STILL, Pole, ReducedPeriod, poles
-from quadstep.linear.sampled import WANTED, acted, linearising
+from quadstep.linear.sampled import WANTED, linearising, product
 from quadstep.linear.states import Array, Channel, in_words, short
 from quadstep.linear.transfer import frequencies, loci, opened
 from quadstep.mission.schema import Mission
@@ -63,7 +63,7 @@ def steps(loop: ReducedPeriod, poles: list[Pole]) -> list[StepResponse]:
     made = [rows @ x]
     for _ in range(math.ceil(duration / loop.period.length)):
         for tick in loop.period.ticks:
-            x = acted(tick.step, acted(tick.tasks, x) + tick.path[:, inputs])
+            x = product(tick.step, product(tick.tasks, x) + tick.path[:, inputs])
         made.append(rows @ x)
     t = np.array([k * loop.period.length for k in range(len(made))])
     values = np.array(made)

@@ -42,6 +42,8 @@ WARM = BEGUN = 0.1
 MOST_STEPS, AT_REST = 40, SAME
 """Most steps of Newton's method, and the largest change of a state in a period, relative to 1, that counts as rest."""
 
+NEAR_REST = 1e-3
+"""The same after which slopes are no longer rough, so that the last steps square what is left."""
 
 FLOWN = 5.0, 25.0
 """Flights after which Newton's method is tried again where it fails at the start: on a limit, say, or far from rest [s]."""
@@ -176,8 +178,8 @@ def newton(loops: Loops, flown: LoopState, first: int) -> Rest:
     """The equilibrium near a state. Raises NotLinearError."""
     sizes: list[float] = []
     for _ in range(MOST_STEPS):
-        whole = approached(loops, flown, first, rough=True)
-        period = reduced(whole)
+        rough = bool(sizes) and sizes[-1] > NEAR_REST
+        period = reduced(approached(loops, flown, first, rough=rough))
         left = residual(period.period)
         size = largest(left, period.period.values)
         if not (np.isfinite(size) and np.isfinite(period.map).all()):
@@ -187,10 +189,8 @@ def newton(loops: Loops, flown: LoopState, first: int) -> Rest:
         worst = int(np.argmax(np.abs(left / (1.0 + np.abs(period.period.values)))))
         what = in_words([short(period.period.names)[worst]], short(period.period.names), period.period.pose.names)
         moves = f"one state still moved, {what} by {number(left[worst])} (SI units) in {period.period.length:g} s"
-        if size < AT_REST:
+        if size < AT_REST and not rough:
             outcome(loops, flown, first)
-            if relative_difference(whole.values, whole.after) > SAME:  # it was rough
-                period = reduced(approached(loops, flown, first))
             if period.period.broken:
                 raise NoSlopeError(period.period.broken)
             return Rest(loops, flown, first, period)

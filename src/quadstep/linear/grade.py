@@ -302,7 +302,7 @@ def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
                 return {}
             try:
                 rest = newton(one, flown, first)
-                if rest.period.period.bends and next(other_sides(rest), None):
+                if rest.period.period.bends and any(other_sides(rest)):
                     return {}
                 rest = with_others(rest)
             except NoRestError:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.linear.sampled import Period, Tick, acted
+from quadstep.linear.sampled import Period, Tick, product
 from quadstep.linear.states import Array, short
 
 
@@ -124,7 +124,7 @@ class Modes:
         whole = loop.map
         most, self.pose = np.eye(len(whole)), loop.period.pose
         for tick in loop.period.ticks:
-            most = acted(np.abs(tick.step), acted(np.abs(tick.tasks), most))
+            most = product(np.abs(tick.step), product(np.abs(tick.tasks), most))
         self.units = scales(whole)
         self.balanced = whole * self.units / self.units[:, None]
         self.error = ROUNDED * float(np.linalg.norm(most * self.units / self.units[:, None], 2))

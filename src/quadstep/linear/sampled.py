@@ -82,7 +82,7 @@ class Tick(NamedTuple):
     sampled: bool
 
 
-def acted(matrix: Array, on: Array) -> Array:
+def product(matrix: Array, on: Array) -> Array:
     """The product of a map that keeps most states as they are with the first axis of an array."""
     rows = (matrix != np.eye(len(matrix))).any(axis=1)
     columns = matrix[rows].any(axis=0)
@@ -118,7 +118,7 @@ class Period(NamedTuple):
         """The map of a deviation over a whole period."""
         whole = np.eye(len(self.names))
         for tick in self.ticks:
-            whole = acted(tick.step, acted(tick.tasks, whole))
+            whole = product(tick.step, product(tick.tasks, whole))
         return whole
 
 
@@ -214,7 +214,7 @@ def linearised(loops: Loops, flown: LoopState, first: int, way: Array | None = N
 def approached(loops: Loops, flown: LoopState, first: int, way: Array | None = None, rough: bool = False) -> Period:
     """One period from tick `first` on, a multiple of the period's. flown: once the law has run. way: a deviation of all
     states, to whose side the loop is linearised where it bends. rough: take the slopes of ticks with the same tasks to be
-    equal, and those of one side, while the state moves. Raises NotLinearError.
+    equal, and those of one side. Raises NotLinearError.
     """
     values, names = states(flown), names_of(flown)
     posed = pose(loops.loop, loops.p, flown, first * loops.h)
@@ -231,7 +231,7 @@ def approached(loops: Loops, flown: LoopState, first: int, way: Array | None = N
         flown = loops.step(after, k)
     ticks: dict[int, Tick] = {}
     final = np.array(states(flown))
-    side = EdgeSide(names, way, rough and relative_difference(np.array(values), final) > SAME)
+    side = EdgeSide(names, way, rough)
     if way is None:
         for due in dict.fromkeys(loops.due(one.k) for one in moments):
             ticks |= equal_ticks(loops, [one for one in moments if loops.due(one.k) == due], side)

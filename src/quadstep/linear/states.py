@@ -95,11 +95,12 @@ def with_states(flown: LoopState, values: Sequence[Number]) -> LoopState:
 
 
 def short(names: Sequence[str]) -> list[str]:
-    """Names without the part of the cycle that they belong to, unless an earlier name is the same or nothing else is left."""
+    """Names without the part of the cycle that they belong to, unless another is the same or nothing else is left."""
     found: dict[str, None] = {}
+    whole = set(names)
     for name in names:
         brief = name.partition(".")[2]
-        found[name if brief in found or not brief[:1].isalpha() else brief] = None
+        found[name if brief in found or brief in whole or not brief[:1].isalpha() else brief] = None
     return list(found)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.linear.modes import Modes, ReducedPeriod
-from quadstep.linear.sampled import acted
+from quadstep.linear.sampled import product
 from quadstep.linear.states import Array
 
 Complex = NDArray[np.complex128]
@@ -84,7 +84,7 @@ class OpenedLoop:
         return hold(self.due, self.ticks)
 
     @cached_property
-    def held(self) -> "OpenedLoop":
+    def by_sample(self) -> "OpenedLoop":
         """From what is added to each sample of the law, which is held until the next."""
         onto, of = self.hold, self.modal
         modal = of and of._replace(driven=of.driven @ onto, fading=of.fading @ onto)
@@ -112,13 +112,13 @@ def opened(loop: ReducedPeriod) -> OpenedLoop:
     through: list[Array] = []
     due: list[int] = []
     for k, tick in enumerate(period.ticks):
-        whole, added = acted(tick.tasks, whole), acted(tick.tasks, added)
+        whole, added = product(tick.tasks, whole), product(tick.tasks, added)
         if tick.sampled:
             due.append(k)
             rows.append(whole[loop.commands])
             through.append(added[loop.commands, :, np.arange(channels)])
         added[:, k] += tick.acting
-        whole, added = acted(tick.step, whole), acted(tick.step, added)
+        whole, added = product(tick.step, whole), product(tick.step, added)
         added[:, k] -= tick.acting
     c, d = np.array(rows).transpose(1, 0, 2), np.array(through).transpose(1, 0, 2)
     return with_modes(OpenedLoop(whole, added.transpose(2, 0, 1), c, d, tuple(due), period.step), loop.modes)
@@ -179,7 +179,7 @@ def transfer(one: OpenedLoop, omega: Array, onto: Array | Complex | None = None)
     """
     points = np.exp(1j * np.asarray(omega) * one.length)
     if onto is None:
-        one = one.held
+        one = one.by_sample
     if one.modal is None:
         unit = np.eye(len(one.a))
         through = np.array([one.c @ np.linalg.solve(point * unit - one.a, one.b) + one.d for point in points])
