@@ -43,7 +43,9 @@ MOST_STEPS, AT_REST = 40, SAME
 """Most steps of Newton's method, and the largest change of a state in a period, relative to 1, that counts as rest."""
 
 NEAR_REST = 1e-3
-"""The same after which slopes are no longer rough, so that the last steps square what is left."""
+"""The same after which slopes are no longer rough, so that the last steps square what is left. They never are where a loop
+bends: there the way decides which of many rests is found.
+"""
 
 FLOWN = 5.0, 25.0
 """Flights after which Newton's method is tried again where it fails at the start: on a limit, say, or far from rest [s]."""
@@ -177,9 +179,11 @@ def after_warm_up(loops: Loops) -> tuple[LoopState, int]:
 def newton(loops: Loops, flown: LoopState, first: int) -> Rest:
     """The equilibrium near a state. Raises NotLinearError."""
     sizes: list[float] = []
+    bends = False
     for _ in range(MOST_STEPS):
-        rough = bool(sizes) and sizes[-1] > NEAR_REST
+        rough = bool(sizes) and sizes[-1] > NEAR_REST and not bends
         period = reduced(approached(loops, flown, first, rough=rough))
+        bends = bends or bool(period.period.bends)
         left = residual(period.period)
         size = largest(left, period.period.values)
         if not (np.isfinite(size) and np.isfinite(period.map).all()):
