@@ -49,8 +49,8 @@ def lateness(fit: Identified) -> tuple[float, float, float] | None:
 
 
 def reach(fit: Identified, key: str) -> tuple[float, float]:
-    """How far an interval goes below and above the value, as shares of it, or of the whole lateness; infinite for what is not
-    determined, or has either sign. That of a gain is by the ends of both: of the full command's thrust, which grows with the
+    """How far an interval goes below and above the value, as shares of it, or of the whole lateness; infinite for what is zero,
+    not determined, or has either sign. That of a gain is by the ends of both: of the full command's thrust, which grows with the
     square of its speed, over the inertia. What no flight reveals cancels.
     """
     one = fit.fitted.get(TUNED.get(key, key))
@@ -62,6 +62,8 @@ def reach(fit: Identified, key: str) -> tuple[float, float]:
         return float(1.0 - low * one.value / one.high), float(high * one.value / one.low - 1.0)
     late = lateness(fit)
     whole = late[0] if late and key in LATE else abs(one.value)
+    if whole == 0.0:
+        return math.inf, math.inf
     return float((one.value - one.low) / whole), float((one.high - one.value) / whole)
 
 
