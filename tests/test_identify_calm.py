@@ -1,6 +1,7 @@
 """What calm flights do not determine is refused, what is given holds; names, voltages and wind do not mislead."""
 
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -8,7 +9,6 @@ import pytest
 from quadstep.commands.identify import read_logs
 from quadstep.identify.averages import blocks
 from quadstep.identify.fit import UNDETERMINED, WINDY, Fitted, Identified, anew, by_rotors, identify
-from quadstep.identify.flown_setpoints import FlightComparison, Tracking
 from quadstep.identify.guesses import from_averages
 from quadstep.identify.intervals import AVERAGED, DYNAMIC, noise_bias
 from quadstep.identify.known import fitted
@@ -16,15 +16,9 @@ from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.mean_forces import MOST_TILT, ForceNumbers, exponents, forces, wind_lean
 from quadstep.identify.parameters import VEHICLE, before_fit, numbers_of
 from quadstep.identify.replay import ErrorTable, ready
-from quadstep.identify.run import (
-    Identification,
-    answer,
-    evidence,
-    of_simulation,
-    same_setpoints,
-    untested,
-)
-from quadstep.identify.uses import TUNED, cards, lateness, reach
+from quadstep.identify.run import Identification, answer, evidence, for_test, same_setpoints, untested
+from quadstep.identify.run import run as run_identification
+from quadstep.identify.uses import LATE, TUNED, cards, reach
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe_tables import CommandSection
@@ -207,11 +201,44 @@ KNOWN = Fitted(1.0, 0.95, 1.05, "", "made")
 TOLD = dict.fromkeys(("command.speed", "inertia[0]", "inertia[1]", "rotor.rise_time", "command.delay"), KNOWN)
 
 
+def test_the_order_of_flights_changes_neither_which_are_held_out_nor_the_fit(monkeypatch):
+    """Of four flights two turn about both axes, one about pitch alone; the one before the last was held out."""
+    one = logged("x500", "circle", 5, 4.0, 0.1)
+
+    def turning(name, *sizes):
+        return replace(one, name=name, channels=one.channels | {"rates": np.sin(one.time)[:, None] * sizes})
+
+    calm, most, less, pitch = (
+        turning("calm", 0.01, 0.01, 0.0), turning("most", 2.0, 2.0, 0.0), turning("less", 1.0, 1.0, 0.0),
+        turning("pitch", 0.01, 3.0, 0.0),
+    )  # fmt: skip
+    for flights in permutations([calm, most, less, pitch]):
+        assert [flight.name for flight in for_test(flights)] == ["less"]
+        assert untested(for_test(flights)) == []
+    rolls = [turning(f"roll{i}", 1.0 + i, 0.01, 0.0) for i in range(2)]
+    pitches = [turning(f"pitch{i}", 0.01, 1.0 + i, 0.0) for i in range(2)]
+    for flights in permutations([*rolls, *pitches]):
+        assert untested(for_test(flights)) == []
+    assert untested(for_test([calm, calm, calm, most])) == ["roll", "pitch"]  # fit and test need one each
+    seen = []
+
+    def fit(fitted, *_, **__):
+        seen.append([flight.name for flight in fitted])
+        raise UserError("seen")
+
+    monkeypatch.setattr("quadstep.identify.run.identify", fit)
+    apart = [replace(each, motors=(1.0 + 1e-6 * place) * each.motors) for place, each in enumerate([calm, most, less, pitch])]
+    for flights in permutations(apart):
+        with pytest.raises(UserError, match="seen"):
+            run_identification(flights, start("x500"), "given", True, lambda _: None)
+    assert seen == [seen[0]] * 24 and "less" not in seen[0]
+
+
 def test_the_first_sentence_names_what_is_wrong_and_what_to_fly_next(flight_numbers):
-    found = Identified(flight_numbers, None, TOLD, {})
+    found = Identified(flight_numbers, None, TOLD, {}, KNOWN)
     run = Identification(start("x500"), found, ["a"], found, compared([1.2, 0.5, 0.8, 0.6]), None)
     assert answer(run) == "Roll and pitch can be tuned on this model."  # whatever it predicts of the position
-    poor = Identified(flight_numbers, None, {**TOLD, "inertia[0]": Fitted(1.0, 0.3, 1.2, "", "made")}, {})
+    poor = Identified(flight_numbers, None, {**TOLD, "inertia[0]": Fitted(1.0, 0.3, 1.2, "", "made")}, {}, KNOWN)
     assert answer(run._replace(found=poor)) == (
         "Pitch can be tuned on this model; do not yet tune roll: the gain of roll is not known to within 50 %. Next, fly "
         "quick reversals of roll, with a motor command logged every 10 ms or faster."
@@ -244,8 +271,14 @@ def test_the_gain_of_a_loop_is_known_whatever_the_mass_and_as_well_as_its_interv
         low, high = reach(found, axis)
         assert low < 0.3 and high < 0.3
         assert -low < thrust * found.fitted[key].value / made_flights.TRUTH[key] - 1.0 < high
-    late = lateness(found)
-    assert late[1] < made_flights.TRUTH["rotor.rise_time"] + made_flights.TRUTH["command.delay"] < late[2]
+    late = found.late
+    assert late.low < made_flights.TRUTH["rotor.rise_time"] + made_flights.TRUTH["command.delay"] < late.high
+    parts = [found.fitted[key] for key in ("rotor.rise_time", "command.delay")]
+    assert late.value == pytest.approx(sum(one.value for one in parts))
+    assert late.high - late.low < 0.8 * sum(one.high - one.low for one in parts)  # of which one is too long, one too short
+    low, high = (1e3 * end for end in late[1:3])
+    assert cards(found, None, 0.01)[2].more == f"95 % interval: {low:.0f} to {high:.0f}\N{NO-BREAK SPACE}ms"
+    assert max(reach(found, LATE)) == pytest.approx(max(late.high / late.value - 1.0, 1.0 - late.low / late.value))
 
 
 def test_what_no_held_out_flight_turns_about_is_untested_and_one_manoeuvre_flown_twice_is_said_to_be(flight_numbers):
@@ -257,19 +290,13 @@ def test_what_no_held_out_flight_turns_about_is_untested_and_one_manoeuvre_flown
     lively = replace(one, channels=one.channels | {"rates": rates[:, [1, 0, 2]], "setpoint": 1.1 * goal})
     assert (untested([flat, flat]), untested([flat, lively]), untested([])) == (["roll"], [], [])
     assert same_setpoints([flat, flat]) and not same_setpoints([flat, lively]) and not same_setpoints([flat])
-    found = Identified(flight_numbers, None, TOLD, {})
+    found = Identified(flight_numbers, None, TOLD, {}, KNOWN)
     run = Identification(start("x500"), found, ["a"], found, compared([0.2, 0.5, 0.8, 0.6]), None)
     assert answer(run._replace(idle=["roll"])) == (
         "Pitch can be tuned on this model; do not yet tune roll: no held-out flight turns much about roll. Next, fly quick "
         "reversals of roll, with a motor command logged every 10 ms or faster."
     )
     assert "turns much about roll or pitch" in answer(run._replace(idle=["roll", "pitch"]))
-    still = Tracking(0.01, 0.0, 0.1, 1.0)
-    none = np.zeros((0, 3))
-    far = FlightComparison("a", still, still._replace(rmse=0.55), np.zeros(0), none, none, none, "")
-    assert of_simulation([far]).endswith(
-        "Simulated flights have 55 times the real RMS error: the real controller is not this PID, or the model is wrong."
-    )
     told = evidence(run._replace(alike=True), [one], start("x500"))
     assert any("Held out: a, all with the same setpoints." in part.text for part in told.sections if hasattr(part, "text"))
 
@@ -316,7 +343,8 @@ def test_numbers_of_the_starting_vehicle_outside_the_intervals_are_marked(
     ]
     assert scaled.rows[0][2:] == ("−41 to +50 %", "1.68 × 10⁻⁵, outside", "m")
     assert scaled.rows[1][3:5] == ("1.68 × 10⁻⁵", "m")
-    assert "J_z = 5.50 × 10⁻⁵ kg m^2 (given: 2.98 × 10⁻⁵)" in scaled.text
+    assert "J_z = 5.50 × 10⁻⁵ kg m^2, in proportion to the inertias about x and y (given: 2.98 × 10⁻⁵)." in scaled.text
+    assert "J_z = 2.98 × 10⁻⁵ kg m^2, as given." in fitted(fit, given, given.inertia[2])[1].text
 
 
 def test_where_a_logged_voltage_never_changes_the_thrust_is_right_all_the_same():

@@ -17,7 +17,16 @@ from quadstep.studies import what_if as run
 from quadstep.studies.tuning.ground import CandidateFlyer
 from quadstep.studies.tuning.objective import Row
 from quadstep.studies.what_if import answer, changes_of
-from quadstep.studies.what_if_report import Question, better_or_worse, changed_words, hidden_effects, in_flight, picture
+from quadstep.studies.what_if_report import (
+    Question,
+    at_once,
+    better_or_worse,
+    changed_words,
+    hidden_effects,
+    in_flight,
+    picture,
+    subtracted,
+)
 from tests.commands import quadstep
 from tests.needs import CHROMIUM, needs, package
 
@@ -227,12 +236,21 @@ def test_the_page_counts_the_failures_of_the_report_where_the_slider_is(open_pag
     assert page.locator("#controls .group input[type=range]").first.get_attribute("aria-label").startswith("pid rate.roll kp")
 
 
+def test_a_difference_is_that_of_the_numbers_shown():
+    """43.74 and 28.66 are shown as 43.7 and 28.7; they differ by 15.08, which was shown as 15.1."""
+    assert at_once("phase margin", 43.74, 28.66, lambda one: f"{one:.1f}°", True).difference == "−15.0°"
+    alike = ("1,353 J", "999 J"), ("−2 dB", "1.5 dB"), ("1 s", "1 s")
+    assert [subtracted(*pair) for pair in alike] == ["−354 J", "3.5 dB", "0 s"]
+    unlike = ("1.2 s", "990 ms"), ("–", "3 s"), ("2 × 10⁻⁵ m", "1 m")
+    assert [subtracted(*pair) for pair in unlike] == ["", "", ""]
+
+
 def test_a_change_that_saves_the_hardest_flights_is_not_said_to_fly_worse():
     """The mean of all rises with the flights that only the change completes; each that both complete is closer."""
     before, after, closer = Estimate(0.04, 0.03, 0.05), Estimate(0.06, 0.05, 0.07), Estimate(-0.01, -0.012, -0.008)
     found = in_flight(Row("position_rmse[m]", before, after, closer))
-    assert found.before == "40 [30, 50]\N{NO-BREAK SPACE}mm"
-    assert found.after == "60 [50, 70]\N{NO-BREAK SPACE}mm"
+    assert found.before == "40\N{NO-BREAK SPACE}mm"
+    assert found.after == "60\N{NO-BREAK SPACE}mm"
     assert better_or_worse([found]) == "; better: position RMSE"
 
 

@@ -17,6 +17,7 @@ from quadstep.identify.intervals import (
     StandardErrors,
     by_structure,
     noise_bias,
+    of_lateness,
     part_of_row,
     standard_errors,
     with_values,
@@ -46,7 +47,10 @@ REFITTED = 6
 """Most steps of a search for the other parameters once those that are not determined are back at their values."""
 
 UNKNOWN_UPRIGHT = 0.3
-"""Half of the interval of the logarithm of the given inertia about z."""
+"""Half of the interval of the logarithm of the given inertia about z: that of an estimate from a data sheet (25 %)."""
+
+LATE = ("rotor.rise_time", "command.delay")
+"""What makes a loop late together."""
 
 MOST_DELAY = 0.02
 """Largest half of the delay's interval within which numbers from averages are tried [s]."""
@@ -91,13 +95,15 @@ class Fitted(NamedTuple):
 
 class Identified(NamedTuple):
     """Result of a fit. numbers: of the vehicle, and of the predictor from commands alone. guided: the observer that also knows
-    setpoints, if the flights have them. fitted: by key. kept: keys that keep their values, with the reason.
+    setpoints, if the flights have them. fitted: by key. kept: keys that keep their values, with the reason. late: rotor lag
+    and delay together, if both are fitted.
     """
 
     numbers: PredictorParameters
     guided: Observer | None
     fitted: dict[str, Fitted]
     kept: dict[str, str]
+    late: Fitted | None = None
 
 
 def identify(
@@ -134,11 +140,12 @@ def identify(
         prior = priors(free, p, told)
         point = search(short, point, SHORT_WEIGHTS, 8, prior)
     p = short.at(point)
-    fitted, kept = fitted_numbers(flights, vehicle, p, free, prior, told, block, still)
+    fitted, kept, both = fitted_numbers(flights, vehicle, p, free, prior, told, block, still)
     kept.update(why)
     p, fitted = anew(flights, vehicle, p, free, told, fitted, kept)
+    late = about(both, sum(fitted[key].value for key in LATE)) if fitted.keys() >= {*LATE} else None
     if not predictors:
-        return Identified(p, None, fitted, kept)
+        return Identified(p, None, fitted, kept, late)
     say("predictor")
     begun = p.observer._replace(leak=vector(3.0, 3.0), authority=vector(0.6, 0.6)) if start is None else start.observer
     p = predictor(flights, vehicle, p._replace(observer=begun), (*GAINS, *ANSWERS), 12 if fresh else 3)
@@ -151,7 +158,7 @@ def identify(
             knowing = predictor(flights, vehicle, knowing, (*GAINS, *ANSWERS, *GUIDANCE), 8, True)
         free = (*GAINS, *ANSWERS, *GUIDANCE, *LIMITS)
         guided = predictor(flights, vehicle, knowing, free, 6 if fresh else 3, True).observer
-    return Identified(p, guided, fitted, kept)
+    return Identified(p, guided, fitted, kept, late)
 
 
 def anew(
@@ -163,7 +170,7 @@ def anew(
     p = with_values(p, {leaf: before[leaf] for one in free if one.key in kept for leaf in one.leaves})
     values: dict[str, float] = {}
     back = {leaf: before[leaf] for key, leaf in FROM_AVERAGES.items() if key in kept and key.endswith("exponent")}
-    if back.items() - now.items() or {"rotor.rise_time", "command.delay"} & kept.keys():  # averages take commands with these
+    if back.items() - now.items() or {*LATE} & kept.keys():  # averages take commands with these
         p, averages, _, _ = from_averages(flights, vehicle, with_values(p, back), tuple(kept))
         values |= {key: one.value for key, one in averages.items() if key in FROM_AVERAGES}
     if rest := tuple(one for one in free if one.key not in kept):
@@ -227,7 +234,7 @@ def by_rotors(
     not known of the thrust's curve either.
     """
     keys = [one.key for one in every]
-    lag, delay = (float(halves[keys.index(key)]) for key in ("rotor.rise_time", "command.delay"))
+    lag, delay = (float(halves[keys.index(key)]) for key in LATE)
     rise, late = float(p.airframe.rotor.rise), float(p.curve.delay)
     factor = math.exp(min(lag, UNSURE))
     others: list[dict[str, float]] = [
@@ -268,8 +275,10 @@ def by_upright(
 def fitted_numbers(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], prior: Prior,
     told: dict[str, AverageEstimate], block: HalfSeconds | None, still: bool,
-) -> tuple[dict[str, Fitted], dict[str, str]]:  # fmt: skip
-    """Every parameter of the vehicle that the flights determine, with its interval; the others with the reason."""
+) -> tuple[dict[str, Fitted], dict[str, str], Fitted]:  # fmt: skip
+    """Every parameter of the vehicle that the flights determine, with its interval; the others with the reason; and lag and
+    delay together.
+    """
     every = (*free, *AVERAGED)
     problem = problem_of(flights, vehicle, p, SHORT, every)
     point, starts, period = point_of(p, every), problem.starts, problem.period
@@ -277,10 +286,11 @@ def fitted_numbers(
     sure = [(place, free[place].key) for place in prior.places if free[place].key in SURE and free[place].key in told]
     here = part_of_row(starts.flight, starts.row, period)
     there = part_of_row(block.flight, block.row, period) if block is not None else here
-    found = standard_errors(around, prior, sure, told, here, block, there, p, vehicle.geometry(), flights[0].speeds)
-    halves = found.halves(in_step(every, point, found, told))
-    halves += noise_bias(flights, vehicle.geometry(), every)
-    halves[: len(free)] += by_upright(flights, vehicle, p, free, prior)
+    found = standard_errors(around, prior, sure, told, here, block, there, p, vehicle.geometry(), flights[0].speeds, free)
+    wider = noise_bias(flights, vehicle.geometry(), every)
+    wider[: len(free)] += by_upright(flights, vehicle, p, free, prior)
+    by_chance, slopes = found.halves(in_step(every, point, found, told)), of_lateness(p, every)
+    halves, late = by_chance[:-1] + wider, by_chance[-1] + slopes @ wider
     moved = by_rotors(flights, vehicle, p, every, halves) if told else {}
     lean = 0.0 if still or block is None else wind_lean(block)
     levers = lean * float(p.airframe.drag.flapping / p.airframe.drag.rotor[0])  # of the torque of the wind that leans it
@@ -315,4 +325,5 @@ def fitted_numbers(
         ends = (math.exp(low), math.exp(min(high, 700.0))) if one.logarithmic else (max(low, one.low), min(high, one.high))
         source = EXPLAINED[one.key.partition("[")[0]] if averages else "predictions of 1 and 3 samples"
         fitted[one.key] = Fitted(value, ends[0], ends[1], one.unit, source)
-    return fitted, kept
+    both = float(p.airframe.rotor.rise + p.curve.delay)
+    return fitted, kept, Fitted(both, max(0.0, both - late), both + late, "s", "predictions of 1 and 3 samples")

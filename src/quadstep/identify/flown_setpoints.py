@@ -1,6 +1,5 @@
 """Logged setpoints flown by a simulated vehicle under a controller, compared with the real flight."""
 
-import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,7 +19,6 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.fields import plain
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Table, Vector
-from quadstep.report.units import number
 from quadstep.vehicle.rigid_body import AirframeState
 from quadstep.world.paths import SetpointParameters, Setpoints
 
@@ -32,8 +30,8 @@ INTEGRAL = 4.0 / 3.0
 """I gain of the body rates over their P gain [1/s]: PX4's defaults (0.2 over 0.15); ArduPilot's are 1, the Crazyflie's 2."""
 PARTS = 3
 """Of a flight, of each of which the thrust is judged: a battery that sags shows."""
-FAR = {"rmse": (2.0, "have {} times the real RMS error"), "rate": (1.5, "turn {} times as fast as the real ones (mean rate)")}
-"""Ratio of a number of `Tracking` beyond which, or below its inverse, simulated flights are far from real ones; in words."""
+NEAR, QUICKER = 2.0, 1.5
+"""Ratio of the RMS error, and of the mean rate, beyond which, or below its inverse, simulated flights are unlike real ones."""
 WRONG = 0.05
 """Share of the thrust needed from which on that modelled is called wrong."""
 
@@ -165,15 +163,6 @@ def fly_again(flights: list[FlightRecord], vehicle: AirframeSection, controller:
     return [compare_flights(flight, part, log) for flight, (_, part), log in zip(flights, plans, logs, strict=True)]
 
 
-def flown_again(flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[FlightComparison]:
-    """The same under a PID, without the flights that cannot be simulated."""
-    found = []
-    for flight in flights:
-        with contextlib.suppress(UserError):
-            found += fly_again([flight], vehicle, {"type": "pid"})
-    return found
-
-
 def compare_flights(flight: FlightRecord, part: slice, log: FlightLog) -> FlightComparison:
     """A real flight and its simulation, at the rows of the real one."""
     time = np.arange(part.stop - part.start) * flight.period
@@ -197,16 +186,6 @@ def compare_flights(flight: FlightRecord, part: slice, log: FlightLog) -> Flight
 def ratios(comparisons: Sequence[FlightComparison], name: str) -> list[float]:
     """What the simulated flights that were not lost have of something, over what the real ones have, in order."""
     return sorted(getattr(one.simulated, name) / getattr(one.real, name) for one in comparisons if not one.lost)
-
-
-def unlike(comparisons: Sequence[FlightComparison], *names: str) -> list[str]:
-    """In what of `FAR` simulated flights are far from the real ones, in clauses."""
-    clauses = []
-    for most, clause, found in ((*FAR[name], ratios(comparisons, name)) for name in names):
-        if found and (found[-1] > most or found[0] < 1.0 / most):
-            span = " to ".join(dict.fromkeys(number(one, 2) for one in (found[0], found[-1])))
-            clauses.append(clause.format(span))
-    return clauses
 
 
 def span_of_thrust(flights: Sequence[FlightRecord], vehicle: AirframeSection) -> tuple[float, float] | None:

@@ -46,7 +46,7 @@ DYNAMIC = tuple(one for one in VEHICLE if one.key not in FROM_AVERAGES)
 
 class StandardErrors(NamedTuple):
     """Standard errors on the search's scale, the degrees of freedom behind each, and by how much errors that all pull the same
-    way would move each estimate: the sum of the sizes of all pulls.
+    way would move each estimate: the sum of the sizes of all pulls. The last is that of lag and delay together [s].
     """
 
     errors: Floats
@@ -56,9 +56,15 @@ class StandardErrors(NamedTuple):
     def halves(self, in_step: float) -> Floats:
         """Halves of 95 % intervals: chance, and the pulls in step; in_step: which share of those on predictions."""
         reach = np.array([student_quantile(0.975, float(one)) for one in self.freedom])
-        shares = np.full(len(self.pulls), IN_STEP)
-        shares[: -len(AVERAGED)] = in_step
+        shares = np.full(len(self.pulls), in_step)
+        shares[-1 - len(AVERAGED) : -1] = IN_STEP
         return reach * self.errors + shares * self.pulls
+
+
+def of_lateness(p: PredictorParameters, free: Sequence[Free]) -> Floats:
+    """By how much lag and delay together grow with each number, on the search's scale [s]."""
+    slopes = {"rotor.rise_time": float(p.airframe.rotor.rise), "command.delay": 1.0}
+    return np.array([slopes.get(one.key, 0.0) for one in free])
 
 
 def with_values(p: PredictorParameters, values: dict[str, float]) -> PredictorParameters:
@@ -139,12 +145,13 @@ def freedom(shifts: Floats) -> Floats:
 def standard_errors(
     around: Curvature, prior: Prior, sure: Sequence[tuple[int, str]], averages: dict[str, AverageEstimate],
     starts: Floats, block: HalfSeconds | None, blocks: Floats,
-    p: PredictorParameters, geometry: Geometry, speeds: bool,
+    p: PredictorParameters, geometry: Geometry, speeds: bool, free: Sequence[Free],
 ) -> StandardErrors:  # fmt: skip
-    """Standard errors of everything that was fitted: estimates from predictions first, then `AVERAGED`.
+    """Standard errors of everything that was fitted: estimates from predictions first, then `AVERAGED`, then lag and delay
+    together, of which one is too long where the other is too short.
 
     around: the fit of both kinds of numbers. sure: places of numbers whose prior comes from averages, with their keys. starts,
-    blocks: part of each start, and of each block (`part_of_row`).
+    blocks: part of each start, and of each block (`part_of_row`). free: what was fitted.
     """
     many = around.hessian.shape[0] - len(AVERAGED)
     labels, count = np.unique(starts), len(np.unique(starts))
@@ -159,29 +166,31 @@ def standard_errors(
     crossed = around.hessian[:many, many:]
     rest = [around.hessian - around.hessians[starts == label].sum(axis=0) for label in labels]
     steps = [np.linalg.pinv(one[:many, :many]) @ score for one, score in zip(rest, scores - moved @ crossed.T, strict=True)]
-    shifts = np.concatenate([steps, moved], axis=1)
-    pulls = np.concatenate([np.abs(around.gradients[:, :many] @ inverse).sum(axis=0), np.zeros(len(AVERAGED))])
+    late = of_lateness(p, free)[:many]
+    shifts = np.column_stack([steps, moved, np.array(steps) @ late])
+    answers = np.vstack([inverse, np.zeros((len(AVERAGED), many)), late @ inverse])  # of every estimate to a pull
+    pulls = np.abs(around.gradients[:, :many] @ answers.T).sum(axis=0)
     at = {place: DYNAMIC[place] for place, _ in sure} | {many + i: one for i, one in enumerate(AVERAGED)}
-    for place, free in at.items():
-        if known := averages.get(free.key):
-            pulls[place] += known.pulls / (known.value if free.logarithmic else 1.0)
+    for place, one in at.items():
+        if known := averages.get(one.key):
+            pulls[place] += known.pulls / (known.value if one.logarithmic else 1.0)
     variance = jackknife(shifts) ** 2
-    variance[many:] += np.array([INEXACT * one.scale for one in AVERAGED]) ** 2
+    variance[many:-1] += np.array([INEXACT * one.scale for one in AVERAGED]) ** 2
     for place, _ in sure:
         variance[place] += (INEXACT * DYNAMIC[place].scale) ** 2
     # vague priors, and the variation between flights if no whole flights were left out
-    for place, one in deviation.items():
+    for place, vague in deviation.items():
         if place not in [at for at, _ in sure]:
-            variance[:many] += (inverse[:, place] / one) ** 2
+            variance += (answers[:, place] / vague) ** 2
     speed = [one.key for one in AVERAGED].index("command.speed")
     if "command.speed" in averages:
         more = (averages["command.speed"].error / averages["command.speed"].value) ** 2 - variance[many + speed]
         if more > 0.0:
             variance[many + speed] += more
-            variance[:many] += more * (inverse @ crossed[:, speed]) ** 2
+            variance += more * (answers @ crossed[:, speed]) ** 2
     if "command.exponent" not in averages and not speeds:
         place = [one.key for one in AVERAGED].index("command.exponent")
-        variance[:many] += (UNKNOWN_EXPONENT * (inverse @ crossed[:, place])) ** 2
+        variance += (UNKNOWN_EXPONENT * (answers @ crossed[:, place])) ** 2
     return StandardErrors(np.sqrt(variance), freedom(shifts), pulls)
 
 

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from matplotlib import rcParams
+from matplotlib.axes import Axes
 
 from quadstep.identify.filtered_logs import Deviation, Estimated
 from quadstep.identify.fit import Identified
@@ -29,7 +30,7 @@ from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence, Figure
 from quadstep.report.panel import SETPOINT, Panel
 from quadstep.report.publish import publishing
-from quadstep.report.sheet import PHONE, Sheet
+from quadstep.report.sheet import COLUMN, Sheet
 from quadstep.report.told import ToldPlace, tell
 from quadstep.report.units import number, quantity
 
@@ -40,10 +41,8 @@ AGAINST_GUESSES = (
 )
 
 INTERVALS, REACH = f"{FIGURES}/intervals", 60.0
-OF_INTERVALS = (
-    "The shorter the bar, the better the flights determine the parameter, with mass and thrust coefficient as given. "
-    "Rise time and delay: over their sum. Orange: not known to within 50 %."
-)
+OF_INTERVALS = "The shorter the bar, the better the flights determine the parameter, with mass, k_f and J_z as given."
+UNKNOWN = " Orange: not known to within 50 %."
 """Of every parameter, up to so many per cent of its value."""
 
 AHEAD = 10
@@ -162,7 +161,9 @@ def flight_picture(one: FlightComparison, place: int) -> FigureJob:
     panels = [
         Panel(name, "m", {key: values[:, i] for key, values in lines.items()}, reach=reach) for i, name in enumerate("xyz")
     ]
-    apart = f"the simulation was lost: {one.lost}" if one.lost else f"the last two are {quantity(one.apart, 'm')} apart (RMS)"
+    apart = f"the simulation was lost: {one.lost}"
+    if not one.lost:
+        apart = f"real and simulated differ by {quantity(one.apart, 'm')} (RMS)"
     return FigureJob(
         f"{FIGURES}/again{place}", f"{one.name}: setpoint, real and simulated position; {apart}.", one.time, panels, 3
     )
@@ -180,7 +181,6 @@ def write_identification(
     """Write the page. found: `followers`; the figures show that whose position is predicted worst. Raises UserError."""
     named = worst_position(run.commands) if run.commands else ""
     shown = [one for one in found if one.name == named] or found[:1]
-    flown = [one for one in run.flown if one.name == named] or run.flown[:1]
     with TemporaryDirectory() as folder:
         out = Path(folder)
         (out / FIGURES).mkdir()
@@ -188,39 +188,44 @@ def write_identification(
         beside = {
             "left": [
                 figure_of(out, prediction_picture(one, i, run.kind, "commands alone"), SVG) for i, one in enumerate(shown)
-            ],
-            "simulated": [figure_of(out, flight_picture(one, place), SVG) for place, one in enumerate(flown)],
+            ]
         }
         if run.commands:
             draw_errors(out / ERRORS, run.commands, period, SVG)
             beside["held-out"] = [Figure(ERRORS, AGAINST_GUESSES)]
-        text = with_figures(evidence._replace(figures=[Figure(INTERVALS, OF_INTERVALS)]), beside).html(out)
+        unknown = any(ENOUGH < max(reach(run.found, key)) < math.inf for key in NAMES)
+        said = Figure(INTERVALS, OF_INTERVALS + UNKNOWN * unknown)
+        text = with_figures(evidence._replace(figures=[said]), beside).html(out)
     write_beside(path, text)
 
 
 def draw_intervals(path: Path, fit: Identified) -> None:
-    """That of every parameter, beside one another; a triangle where it goes on."""
-    high = 0.19 * len(NAMES)
-    with figure_at(path, SVG, (PHONE, high + 0.62), 0.47, 0.5 / (high + 0.62), 0.97, 1.0 - 0.12 / (high + 0.62)) as figure:
-        axes = figure.add_subplot()
-        for place, key in enumerate(NAMES):
-            low, top = (100.0 * one for one in reach(fit, key))
-            if low == math.inf:
-                looks = {"color": "0.45", "fontsize": rcParams["legend.fontsize"]}
-                box = {"pad": 1.0, "color": "white"}
-                axes.text(0.0, place, within(fit, key), looks, ha="center", va="center", bbox=box)
-                continue
-            ends, colour = np.clip([-low, top], -REACH, REACH), CURVES[int(max(low, top) > 100.0 * ENOUGH)]
-            axes.plot(ends, [place, place], color=colour, linewidth=3.0, solid_capstyle="butt")
-            for end, shape in zip(ends, "<>", strict=True):
-                if abs(end) == REACH:
-                    axes.plot(end, place, marker=shape, color=colour, markersize=6.0, clip_on=False)
-            said = [("95 % interval", f"{number(-low, 2)} to {number(top, 2)} %")]
-            tell(axes, ToldPlace(float(ends[0]), float(ends[1]), place - 0.4, place + 0.4, in_short(key), said))
-        axes.set_yticks(range(len(NAMES)), list(map(in_short, NAMES)))
-        axes.tick_params("y", length=0.0)
-        axes.grid(visible=False, axis="y")
-        axes.set(xlim=(-REACH, REACH), ylim=(len(NAMES) - 0.4, -0.6), xlabel="95 % interval [% of the value]")
+    """That of every parameter, in two panels; a triangle where it goes on."""
+    rows = -(-len(NAMES) // 2)
+    high = 0.19 * rows + 0.62
+    with figure_at(path, SVG, (COLUMN, high), 0.235, 0.5 / high, 0.985, 1.0 - 0.12 / high, 1.08) as figure:
+        for names, axes in zip((NAMES[:rows], NAMES[rows:]), figure.subplots(1, 2), strict=True):
+            for place, key in enumerate(names):
+                draw_interval(axes, place, key, fit)
+            axes.set_yticks(range(len(names)), list(map(in_short, names)))
+            axes.tick_params("y", length=0.0)
+            axes.grid(visible=False, axis="y")
+            axes.set(xlim=(-REACH, REACH), ylim=(rows - 0.4, -0.6), xlabel="95 % interval [% of the value]")
+
+
+def draw_interval(axes: Axes, place: int, key: str, fit: Identified) -> None:
+    low, top = (100.0 * one for one in reach(fit, key))
+    if low == math.inf:
+        looks = {"color": "0.45", "fontsize": rcParams["legend.fontsize"]}
+        axes.text(0.0, place, within(fit, key), looks, ha="center", va="center", bbox={"pad": 1.0, "color": "white"})
+        return
+    ends, colour = np.clip([-low, top], -REACH, REACH), CURVES[int(max(low, top) > 100.0 * ENOUGH)]
+    axes.plot(ends, [place, place], color=colour, linewidth=3.0, solid_capstyle="butt")
+    for end, shape in zip(ends, "<>", strict=True):
+        if abs(end) == REACH:
+            axes.plot(end, place, marker=shape, color=colour, markersize=6.0, clip_on=False)
+    said = [("95 % interval", f"{number(-low, 2)} to {number(top, 2)} %")]
+    tell(axes, ToldPlace(float(ends[0]), float(ends[1]), place - 0.4, place + 0.4, in_short(key), said))
 
 
 def with_figures(evidence: Evidence, beside: Mapping[str, Sequence[Figure]]) -> Evidence:
@@ -249,7 +254,7 @@ def prediction_picture(one: Followed, place: int, kind: str, knows: str) -> Figu
     caption = (
         f"{one.name}{f' ({kind})' if kind else ''}: measured, and {earlier} from {knows}. The largest error of the position "
         f"{HORIZONS[-1] * one.period:.2g} s ahead, {quantity(float(off[worst]), 'm')}, is that of the prediction made at "
-        f"{one.time[worst]:.1f} s (of those made from {one.time[0]:.1f} to {one.time[-1]:.1f} s). The residuals are what the "
+        f"{one.time[worst]:.1f} s. The residuals are what the "
         "model does not explain: a slow wave is a missing force, a burst at each manoeuvre a wrong inertia, lag or delay."
     )
     return FigureJob(f"{FIGURES}/predicted{place}", caption, time[kept], panels, 2)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.identify.filtered_logs import FIX_EVERY, FIX_NOISE, Estimated
-from quadstep.identify.flown_setpoints import FAR, FlightComparison, Tracking, of_thrust, of_wrong_thrust, ratios, unlike
+from quadstep.identify.flown_setpoints import NEAR, QUICKER, FlightComparison, Tracking, of_thrust, of_wrong_thrust, ratios
 from quadstep.identify.logs.flight import FlightRecord
 from quadstep.identify.replay import ErrorTable, Replayed, ReplayRequest, why_unusable
 from quadstep.identify.starts import GROUPS, HORIZONS
@@ -273,17 +273,20 @@ TRACKING = ("real / simulated", "RMSE [mm]", "lag [ms]", "tilt, 99 % [°]", "mea
 
 def likeness(comparisons: Sequence[FlightComparison]) -> str:
     """How similar they are, in a sentence: equal errors need not be the same ones, so how far apart the flights are too."""
-    near = sum(1.0 / FAR["rmse"][0] <= one <= FAR["rmse"][0] for one in ratios(comparisons, "rmse"))
+    near = sum(1.0 / NEAR <= one <= NEAR for one in ratios(comparisons, "rmse"))
     apart = [one.apart for one in comparisons if not one.lost]
     said = f"The simulated RMSE is within a factor of two of the real one in {near} of {counted(len(comparisons), 'flight')}"
     if not apart:
         return f"{said}: all simulated flights were lost."
     away = " to ".join(dict.fromkeys(quantity(one, "m") for one in (min(apart), max(apart))))
     lost = f"; {len(comparisons) - len(apart)} were lost" if len(apart) < len(comparisons) else ""
-    more = [
-        f" But simulated flights {how}: the loop that flew is not the simulated one." for how in unlike(comparisons, "rate")
-    ]
-    return "".join([f"{said}, and the simulated position is {away} from the real one (RMS){lost}.", *more])
+    turned = ratios(comparisons, "rate")
+    said = f"{said}, and the simulated position is {away} from the real one (RMS){lost}."
+    if not (turned[0] < 1.0 / QUICKER or turned[-1] > QUICKER):
+        return said
+    times = " to ".join(dict.fromkeys(number(one, 2) for one in (turned[0], turned[-1])))
+    quick = f"turn {times} times as fast as the real ones (mean rate)"
+    return f"{said} But simulated flights {quick}: the loop that flew is not the simulated one."
 
 
 def tracking_table(comparisons: Sequence[FlightComparison], controller: str) -> TableSection:

@@ -7,22 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.identify.fit import Identified, Say, identify
-from quadstep.identify.flown_setpoints import (
-    FAR,
-    FlightComparison,
-    flown_again,
-    of_wrong_thrust,
-    span_of_thrust,
-    unlike,
-)
+from quadstep.identify.flown_setpoints import of_wrong_thrust, span_of_thrust
 from quadstep.identify.known import fitted, in_words
-from quadstep.identify.logs.flight import FlightRecord
-from quadstep.identify.logs.judge import barely_turned
+from quadstep.identify.logs.flight import Flags, FlightRecord
+from quadstep.identify.logs.judge import barely_turned, spreads
 from quadstep.identify.replay import ErrorTable, compare, ready
-from quadstep.identify.replay_report import METHOD, called, error_table, tracking_table
+from quadstep.identify.replay_report import METHOD, called, error_table
 from quadstep.identify.residual import Followed, followed, trained
-from quadstep.identify.uses import cards, tuning, uses
-from quadstep.identify.vehicle_file import identified_vehicle, in_proportion, with_marks
+from quadstep.identify.uses import TUNED, cards, tuning, uses
+from quadstep.identify.vehicle_file import as_written, identified_vehicle, with_marks
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.airframe_tables import ResidualSection
@@ -41,9 +34,8 @@ MIXED = 0.2
 class Identification(NamedTuple):
     """vehicle: the result. held_out: names. tested: the fit without these; commands, guided: how it predicts them, by what it
     knows; *_residual: with the learned residual of that fit. None if there are none. thrust: of the vehicle over that needed,
-    least and most, if known. residual: of the whole fit, if it was requested and did better on the held-out flights. flown:
-    simulations of the flights on which it is judged. idle: of roll and pitch, what no held-out flight turns about; alike:
-    whether these all have the same setpoints.
+    least and most, if known. residual: of the whole fit, if it was requested and did better on the held-out flights. idle: of
+    roll and pitch, what no held-out flight turns about; alike: whether these all have the same setpoints.
     """
 
     vehicle: AirframeSection
@@ -56,13 +48,8 @@ class Identification(NamedTuple):
     residual: Residual | None = None
     commands_residual: ErrorTable | None = None
     guided_residual: ErrorTable | None = None
-    flown: Sequence[FlightComparison] = ()
     idle: Sequence[str] = ()
     alike: bool = False
-
-    def judged(self, start: AirframeSection) -> AirframeSection:
-        """The vehicle that is judged: fitted without the flights held out, if there are any."""
-        return identified_vehicle(start, self.tested, "", "") if self.tested else self.vehicle
 
     def shown(self, flights: Sequence[FlightRecord]) -> list[FlightRecord]:
         """The flights on which it is judged: those held out or, if none were, all."""
@@ -87,10 +74,27 @@ def answer(run: Identification) -> str:
     return " ".join([tuning(run.found, run.commands, run.thrust, run.idle), *of_wrong_thrust(run.thrust)])
 
 
+def for_test(flights: Sequence[FlightRecord]) -> list[FlightRecord]:
+    """One flight in four, from the second of those that turn most about roll and pitch on: the first, which tells most, is
+    fitted. And the second about an axis about which none of these turns, if it does.
+    """
+
+    def turning(*axes: str) -> list[FlightRecord]:
+        return sorted(flights, key=lambda one: -min(spreads(one, certain(one)).get(axis, 0.0) for axis in axes))
+
+    unseen = turning(*TUNED)[1::HELD_OUT]
+    return unseen + [turning(axis)[1] for axis in untested(unseen) if axis not in untested([turning(axis)[1]])]
+
+
+def certain(flight: FlightRecord) -> Flags:
+    """Where it flies and was measured."""
+    return flight.flying & (flight.runs() > 0)
+
+
 def untested(unseen: Sequence[FlightRecord]) -> list[str]:
     """Of roll and pitch, what none of these flights turns about."""
-    calm = [barely_turned(one, one.flying & (one.runs() > 0)) for one in unseen]
-    return [axis for axis in ("roll", "pitch") if calm and all(axis in one for one in calm)]
+    calm = [barely_turned(one, certain(one)) for one in unseen]
+    return [axis for axis in TUNED if calm and all(axis in one for one in calm)]
 
 
 def same_setpoints(flights: Sequence[FlightRecord]) -> bool:
@@ -112,9 +116,10 @@ def run(
     vehicle = vehicle.model_copy(update={"residual": None})
     ready(flights, vehicle)
     check_alike(flights)
-    held = [i for i in range(len(flights)) if i % HELD_OUT == HELD_OUT - 2] if hold_out and len(flights) >= HELD_OUT else []
-    fitted = [flight for i, flight in enumerate(flights) if i not in held]
-    unseen = [flights[i] for i in held]
+    names = ", ".join(flight.name for flight in flights)
+    flights = sorted(flights, key=lambda one: one.motors.tobytes())  # so that their order changes nothing
+    unseen = for_test(flights) if hold_out and len(flights) >= HELD_OUT else []
+    fitted = [flight for flight in flights if flight.name not in [one.name for one in unseen]]
     found = identify(fitted, vehicle, say, still=still)
     tested = commands = guided = None
     if unseen:
@@ -124,15 +129,12 @@ def run(
         say("all flights")
         tested = found
         found = identify(flights, vehicle, say, found, still=still)
-    found = in_proportion(vehicle, found)
-    names = ", ".join(flight.name for flight in flights)
+    found = as_written(vehicle, found)
     description = f"{vehicle.description or 'A vehicle'}; identified from {names}"
     result = with_marks(identified_vehicle(vehicle, found, description[:900], mass_source), flights)
     thrust = span_of_thrust(flights, result)
     done = Identification(result, found, [flight.name for flight in unseen], tested, commands, guided, thrust)
     done = done._replace(idle=untested(unseen), alike=same_setpoints(unseen))
-    say("simulated flights")
-    done = done._replace(flown=flown_again(done.shown(flights), done.judged(vehicle)))
     if not learn:
         return done
     if tested is None:
@@ -216,8 +218,6 @@ def evidence(
         sections += [tables[0], *(one._replace(shown="") for one in tables[1:])]
     if found:
         sections.append(TableSection("A flight and its predictions", "left"))
-    if run.flown:
-        sections.append(tracking_table(run.flown, "pid")._replace(text=of_simulation(run.flown), shown=""))
     said = answer(run)
     return Evidence(
         name=f"{called(start)}, identified from {counted(len(flights), 'flight')}",
@@ -227,18 +227,8 @@ def evidence(
         record={},
         facts=cards(run.found, run.commands, period),
         sections=sections,
-        fold=("found", "held-out", "left", "simulated"),
+        fold=("found", "held-out", "left"),
     )
-
-
-def of_simulation(flown: Sequence[FlightComparison]) -> str:
-    """What flights of the same setpoints under a PID show."""
-    lost = sum(bool(one.lost) for one in flown)
-    apart = [*[f"are lost ({lost} of {len(flown)})"] * bool(lost), *unlike(flown, *FAR)]
-    said = "Logged setpoints simulated with a PID, starting from the measured state."
-    if apart:
-        said += f" Simulated flights {listed(apart)}: the real controller is not this PID, or the model is wrong."
-    return said
 
 
 def of_residual(run: Identification) -> list[str]:

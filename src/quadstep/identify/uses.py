@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from quadstep.identify.fit import Identified
+from quadstep.identify.fit import Fitted, Identified
 from quadstep.identify.flown_setpoints import is_wrong
 from quadstep.identify.known import in_words
 from quadstep.identify.replay import ErrorTable
@@ -15,8 +15,8 @@ from quadstep.report.units import interval_texts, listed, number
 ENOUGH = 0.5
 """Share of itself within which a number must be known for a use that rests on it."""
 
-SPEED, LATE = "command.speed", ("rotor.rise_time", "command.delay")
-"""What thrust grows with; what makes a loop late together, so that an error of one is to be seen beside both."""
+SPEED, LATE = "command.speed", "rotor lag and delay"
+"""What thrust grows with; what makes a loop late, of which flights tell the sum better than the parts."""
 
 TUNED = {"roll": "inertia[0]", "pitch": "inertia[1]"}
 """The loops that are tuned on a model, and the inertia of each."""
@@ -24,7 +24,7 @@ TUNED = {"roll": "inertia[0]", "pitch": "inertia[1]"}
 QUICK = "quick reversals of {}, with a motor command logged every 10 ms or faster"
 
 USES = {
-    **{axis: ((axis, *LATE), QUICK.format(axis)) for axis in TUNED},
+    **{axis: ((axis, LATE), QUICK.format(axis)) for axis in TUNED},
     "yaw": (("rotor.torque_coefficient", "rotor.inertia"), "quick changes of heading"),
     "thrust in hover and climbs": ((SPEED, "command.exponent"), "climbs and descents that vary the thrust"),
     "speed and wind": (("drag.rotor[0]", "drag.flapping"), "fast level flight in several directions"),
@@ -42,39 +42,34 @@ tells them.
 NAMES = tuple(dict.fromkeys(key for keys, _ in USES.values() for key in keys))
 
 
-def lateness(fit: Identified) -> tuple[float, float, float] | None:
-    """Rotor lag and delay together, with the ends of their intervals [s]; None unless the flights determine both."""
-    both = [fit.fitted[key] for key in LATE if key in fit.fitted]
-    return (sum(o.value for o in both), sum(o.low for o in both), sum(o.high for o in both)) if len(both) > 1 else None
+def of(fit: Identified, key: str) -> Fitted | None:
+    """What a use rests on, if the flights determine it; of the gain of a loop, the inertia."""
+    return fit.late if key == LATE else fit.fitted.get(TUNED.get(key, key))
 
 
 def reach(fit: Identified, key: str) -> tuple[float, float]:
-    """How far an interval goes below and above the value, as shares of it, or of the whole lateness; infinite for what is zero,
-    not determined, or has either sign. That of a gain is by the ends of both: of the full command's thrust, which grows with the
-    square of its speed, over the inertia. What no flight reveals cancels.
+    """How far an interval goes below and above the value, as shares of it; infinite for what is zero, not determined, or has
+    either sign. That of a gain is by the ends of both: of the full command's thrust, which grows with the square of its speed,
+    over the inertia. What no flight reveals cancels.
     """
-    one = fit.fitted.get(TUNED.get(key, key))
-    if one is None or one.either_sign or (key in TUNED and SPEED not in fit.fitted):
+    one = of(fit, key)
+    if one is None or one.either_sign or one.value == 0.0 or (key in TUNED and SPEED not in fit.fitted):
         return math.inf, math.inf
     if key in TUNED:
         speed = fit.fitted[SPEED]
         low, high = ((end / speed.value) ** 2 for end in (speed.low, speed.high))
         return float(1.0 - low * one.value / one.high), float(high * one.value / one.low - 1.0)
-    late = lateness(fit)
-    whole = late[0] if late and key in LATE else abs(one.value)
-    if whole == 0.0:
-        return math.inf, math.inf
-    return float((one.value - one.low) / whole), float((one.high - one.value) / whole)
+    return float((one.value - one.low) / abs(one.value)), float((one.high - one.value) / abs(one.value))
 
 
 def within(fit: Identified, key: str) -> str:
     """Within which share of itself it is known."""
     size = max(reach(fit, key))
-    return f"{number(100.0 * size, 2)} %" if size < math.inf else "sign unknown" if key in fit.fitted else "not determined"
+    return f"{number(100.0 * size, 2)} %" if size < math.inf else "sign unknown" if of(fit, key) else "not determined"
 
 
 def in_short(key: str) -> str:
-    return f"gain of {key}" if key in TUNED else in_words(key)
+    return f"gain of {key}" if key in TUNED else key if key == LATE else in_words(key)
 
 
 def uses(fit: Identified, idle: Sequence[str] = ()) -> TableSection:
@@ -98,9 +93,9 @@ def cards(fit: Identified, compared: ErrorTable | None, period: float) -> list[F
     for axis in TUNED:
         size = within(fit, axis)
         shown.append(Fact(in_short(axis), f"within {size}" if "%" in size else size, "full thrust over inertia, 95 %"))
-    if late := lateness(fit):
-        value, low, high, unit = interval_texts(*late, "s", 0.05)
-        shown.append(Fact("rotor lag and delay", value + unit, f"95 % interval: {low} to {high}{unit}"))
+    if fit.late:
+        value, low, high, unit = interval_texts(*fit.late[:3], "s", 0.05)
+        shown.append(Fact(LATE, value + unit, f"95 % interval: {low} to {high}{unit}"))
     if not compared:
         return [*shown, Fact("held-out flights", "none")]
     rates = facts(compared, period)[-1]

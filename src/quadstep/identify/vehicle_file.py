@@ -105,10 +105,11 @@ def identified_vehicle(vehicle: AirframeSection, fit: Identified, description: s
         for mount in vehicle.geometry().mounts
     ]
     content["description"] = description
-    # yaw determines only the ratio of torque to inertia: the body's proportions stay, and so does that ratio
-    stretch = stretched(vehicle, fit)
+    # yaw determines only the ratio of torque to inertia, which stays
+    about_z = upright(vehicle, fit)
+    stretch = about_z / vehicle.inertia[2]
     x, y = (leaves[f"airframe.inertia.{axis}"] for axis in (0, 1))
-    content["inertia"] = [rounded(value) for value in (x, y, stretch * vehicle.inertia[2])]
+    content["inertia"] = [rounded(value) for value in (x, y, about_z)]
     rotor, drag = content["rotor"], content["drag"]
     rotor["torque_coefficient"] = rounded(stretch * leaves["airframe.rotor.torque"])
     rotor["inertia"] = rounded(stretch * leaves["airframe.rotor.inertia"])
@@ -139,18 +140,23 @@ def identified_vehicle(vehicle: AirframeSection, fit: Identified, description: s
         raise UserError(f"the fit is outside the range of a vehicle file: {said}; {UNLIKE}") from None
 
 
-def stretched(vehicle: AirframeSection, fit: Identified) -> float:
-    """The factor from the given to the fitted inertias about x and y."""
-    leaves = leaves_of(fit.numbers)
-    return (leaves["airframe.inertia.0"] + leaves["airframe.inertia.1"]) / (vehicle.inertia[0] + vehicle.inertia[1])
+def upright(vehicle: AirframeSection, fit: Identified) -> float:
+    """The inertia about z, which no flight reveals: as given or, where no rigid body has that with those about x and y, in
+    proportion to them [kg m^2].
+    """
+    x, y = (leaves_of(fit.numbers)[f"airframe.inertia.{axis}"] for axis in (0, 1))
+    given = vehicle.inertia[2]
+    return given if abs(x - y) <= given <= x + y else given * (x + y) / (vehicle.inertia[0] + vehicle.inertia[1])
 
 
-def in_proportion(vehicle: AirframeSection, fit: Identified) -> Identified:
-    """The result with the numbers that yaw determines as the vehicle file has them: for the inertia about z in proportion."""
-    stretch, fitted = stretched(vehicle, fit), dict(fit.fitted)
-    for key, one in fit.fitted.items():
-        if "J_z" in GROWS.get(key, ""):
-            fitted[key] = one._replace(value=stretch * one.value, low=stretch * one.low, high=stretch * one.high)
+def as_written(vehicle: AirframeSection, fit: Identified) -> Identified:
+    """The result with the numbers that yaw determines over the inertia about z as the vehicle file has them."""
+    stretch = upright(vehicle, fit) / vehicle.inertia[2]
+    fitted = {
+        key: one._replace(value=stretch * one.value, low=stretch * one.low, high=stretch * one.high)
+        if "J_z" in GROWS.get(key, "") else one
+        for key, one in fit.fitted.items()
+    }  # fmt: skip
     return fit._replace(fitted=fitted)
 
 
@@ -202,9 +208,8 @@ def sources(vehicle: AirframeSection, fit: Identified, stretch: float, mass_sour
     result["rotor.thrust_coefficient"] = "unchanged: flights determine only k_f times the speed squared. " + (
         vehicle.sources.get("rotor.thrust_coefficient", "")
     )
-    result["inertia"] += (
-        f"; z: in proportion to x and y (times {stretch:.3g}), as yaw determines only its ratio to the rotors' torque"
-    )
+    how = "as it was" if stretch == 1.0 else f"times {stretch:.3g}, so that a rigid body has it with those about x and y"
+    result["inertia"] += f"; z: {how}, as yaw determines only its ratio to the rotors' torque"
     result["command.nominal_voltage"] = "unchanged: voltage at which command.speed holds"
     result["prediction"] = "fitted with predictions of up to 50 samples from commands alone"
     result["guided_prediction"] = "fitted with predictions of up to 50 samples that know the setpoints"

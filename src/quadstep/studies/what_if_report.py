@@ -1,7 +1,9 @@
 """The question of `quadstep what-if`, and its answer in words, tables and a figure."""
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
+from decimal import Decimal
 from functools import partial
 from typing import NamedTuple
 
@@ -136,7 +138,7 @@ def evidence(
     tables = [
         TableSection(
             "Before and after", "both", ("", *SIDES, "after − before"), [("grade", *grades, ""), *(one[:4] for one in seen)],
-            "95 % intervals; those of differences are paired, over flights completed with both. Grade and margins are those "
+            "Differences are paired, over flights completed with both, with 95 % intervals. Grade and margins are those "
             "of the loop hovering in calm air, rise time and overshoot those of a step there.",
             shown="In gusts, at rest, and in a step in calm air",
         ),
@@ -245,7 +247,7 @@ def contrasts(
     sides: tuple[Side, Side], failed: Sequence[Estimate], measured: Sequence[Row], steps: Sequence[dict[str, float]]
 ) -> list[Contrast]:
     """All that is measured, but what is 0 throughout: flights in gusts, margins at rest, and the step in calm air."""
-    first, then = (units.percent(*one) for one in failed[:2])
+    first, then = (units.percent(one.value) for one in failed[:2])
     grown = part(failed[2].value, failed[0].value) if certain(failed[2]) else 0.0
     found = [Contrast("fail in gusts", first, then, points(failed[2]), grown, False)]
     found += map(in_flight, measured)
@@ -255,8 +257,7 @@ def contrasts(
     for (name, value), later in zip(steps[0].items(), steps[1].values(), strict=True) if settles else ():
         words, unit = units.metric(name)
         one = at_once(words.strip(), value, later, partial(in_unit, unit), False)
-        by = f"{float(f'{later:.3g}') - float(f'{value:.3g}'):+.3g} points".replace("-", "−")  # of the numbers shown
-        found.append(one._replace(difference=by) if unit == "%" and math.isfinite(later - value) else one)
+        found.append(one._replace(difference=one.difference.replace("%", "points")))
     return [one for one in found if (one.before, one.after, one.share) != ("0", "0", 0.0)]
 
 
@@ -269,15 +270,25 @@ def at_once(name: str, before: float, after: float, text: Callable[[float], str]
     """Something that has no interval. text: sets it with its unit."""
     change = after - before
     grown = part(change, before) if math.isfinite(change) else 0.0
-    texts = [text(one).replace("-", "−") for one in (before, after, change)]
-    return Contrast(name, texts[0], texts[1], texts[2], grown, good)
+    old, new, by = (text(one).replace("-", "−") for one in (before, after, change))
+    return Contrast(name, old, new, subtracted(old, new) or by, grown, good)
+
+
+def subtracted(old: str, new: str) -> str:
+    """The difference of two numbers as they are shown, so that it is what a reader finds; empty unless of one unit."""
+    first, then = (re.fullmatch("([+-]?[0-9.]+)([^0-9]*)", one.replace("−", "-").replace(",", "")) for one in (old, new))
+    if not first or not then or first[2] != then[2]:
+        return ""
+    by = Decimal(then[1]) - Decimal(first[1])
+    return (f"{by:,f}" if by else "0").replace("-", "−") + first[2]
 
 
 def in_flight(one: Row) -> Contrast:
     """A metric of flights, of which less is better. How much more or less is of flights completed with both: means before and
     after are of different flights where some are lost with one of them, and may say the contrary.
     """
-    words, before, after, difference = one.texts
+    words, _, _, difference = one.texts
+    before, after = units.in_one_unit(one[1:3], units.metric(one.name)[1], units.estimate)
     change, base = one.difference, one.present.value if one.present else 0.0
     share = part(change.value, base) if change and certain(change) else 0.0
     return Contrast(words, before, after, difference, share, False)

@@ -142,10 +142,15 @@ def seldom(flight: FlightRecord) -> list[Finding]:
 
 def barely_turned(flight: FlightRecord, where: Flags) -> dict[str, float]:
     """Axes about which it hardly turns there, with the standard deviation of the rate [rad/s]."""
+    return {name: one for name, one in spreads(flight, where).items() if one < 0.1}
+
+
+def spreads(flight: FlightRecord, where: Flags) -> dict[str, float]:
+    """Standard deviation of the rate about each axis there [rad/s]; empty if rates were not logged."""
     if "rates" not in flight.channels:
         return {}
-    spread = np.nanstd(flight.channel("rates")[where], axis=0)
-    return {name: float(one) for name, one in zip(("roll", "pitch", "yaw"), spread, strict=True) if one < 0.1}
+    found = np.nanstd(flight.channel("rates")[where], axis=0)
+    return {name: float(one) for name, one in zip(("roll", "pitch", "yaw"), found, strict=True)}
 
 
 def excitation(flight: FlightRecord, sure: Flags) -> list[Finding]:
