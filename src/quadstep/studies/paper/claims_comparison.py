@@ -140,7 +140,7 @@ def transients(study: PaperStudy) -> Claim:
     (tilt, torque), (tilt_old, torque_old) = peaks(study.cases["case3_adaptive"]), peaks(study.cases["case3_nested"])
     table = by_start(study, larger_and_gone)
     return Claim(
-        "larger early transients",
+        "larger transients that vanish",
         VARIED,
         "Initial variations in attitude and torque are higher for our controller than that in [11]; they vanish quickly.",
         f"The tilt reaches {degrees(tilt):.0f}° and the torque {torque:,.0f} N m with {OURS}, {degrees(tilt_old):.0f}° and "

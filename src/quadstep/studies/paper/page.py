@@ -78,7 +78,7 @@ LOOKS = {
     "smaller x and y error than [11]": Spot(BOTH_3, ("position-error",), "x and y, from half a metre off."),
     "faster attitude settling than [11]": Spot(BOTH_3, ("attitude",), "When roll and pitch become level. Move the start."),
     "smoother thrust than [11]": Spot(BOTH_3, ("thrust",), "u of both. Move the start and the gains a_z."),
-    "larger early transients": Spot(BOTH_3, ("attitude", "torque"), "The first second."),
+    "larger transients that vanish": Spot(BOTH_3, ("attitude", "torque"), "The first second."),
     "transients caused by the nets": Spot(
         ("case3-adaptive", "case3-without-nets"), ("torque", "weights"), "The first second, with and without nets."),
     "a wide range of nonlinearities": Spot(STRESS_NETS, ("position", "weights"), "When each flight is lost, and why."),

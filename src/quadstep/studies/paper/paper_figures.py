@@ -40,7 +40,7 @@ TO_SEE: dict[int, str | tuple[str, ...]] = {
     9: "The thrust rises by at most {rise}, and the pitch torque reaches {torque}.",
     10: ("better z tracking than [11]", "smaller x and y error than [11]"),
     11: ("faster attitude settling than [11]",),
-    12: ("smoother thrust than [11]", "larger early transients"),
+    12: ("smoother thrust than [11]", "larger transients that vanish"),
 }
 """What a figure shows: in words with `extremes` of Case 2, or the names of claims, whose first measured sentence is said."""
 

@@ -158,20 +158,6 @@ def case_rows(study: PaperStudy) -> list[list[str]]:
     return rows
 
 
-def facts(study: PaperStudy) -> list[markup.Fact]:
-    """How well Case 1 follows its path, and how many stress flights complete."""
-    with_nets, without = ([completed(m) for key, m in study.stress.items() if key[2] is on] for on in (True, False))
-    rmse = units.quantity(metric(study.cases["case1"], "position_rmse[m]"), "m")
-    return [
-        markup.Fact("Case 1, position RMSE", rmse),
-        markup.Fact(
-            "stress flights that complete with nets on",
-            f"{sum(with_nets)} of {len(with_nets)}",
-            f"{sum(without)} with nets off",
-        ),
-    ]
-
-
 def briefly(measured: str) -> str:
     """What decides, without what was measured besides."""
     return re.split(r"(?<=\.) (?=[A-Z])", measured, maxsplit=1)[0]
@@ -212,7 +198,6 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
         answer=f"{answer(claims)} {CONTEXT}",
         sentences=[answer(claims), CONTEXT],
         record=study_metrics(study),
-        facts=facts(study),
         sections=[
             markup.links([("page.html", "Fly these flights in your browser")]) if flying else "",
             markup.heading("The paper's claims and the measurements", "claims"),
