@@ -12,7 +12,7 @@ from quadstep.engines.fly import fly
 from quadstep.linear import grade as grade_module
 from quadstep.linear import worst
 from quadstep.linear.analysis import analyse_rest, limits
-from quadstep.linear.equilibrium import hovering
+from quadstep.linear.equilibrium import KICK, hovering
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, Grade, grade, graded, quick_grade, whole_grade
 from quadstep.linear.margins import MarginLimits
 from quadstep.linear.run import REMEDY, THERE, flown_from_rest, for_latency, record, with_limit
@@ -213,21 +213,24 @@ def test_a_loop_that_swings_about_a_rest_is_unstable_there_and_said_to_swing(tmp
     run = quadstep("linear", EXAMPLES / "super_twisting.toml", "--out", tmp_path / "out")
     unstable, (swings, remedy) = run.out.splitlines()[0], run.out.splitlines()[-3:-1]
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert page.index("it does not settle") < page.index("<figure") < page.index("in that flight")
+    assert page.index("does not settle") < page.index("<figure") < page.index("in that flight")
     (job,) = flown_from_rest(read_mission(EXAMPLES / "super_twisting.toml"))[1]
     far = job.panels[0].lines["flown"]
     swing = float(re.search(r"swings by ([\d.]+)\smm", run.out)[1])
     assert 1e3 * far[len(far) // 2 :].max() == pytest.approx(swing, rel=1.0)
     assert remedy == REMEDY
     assert unstable.startswith("At rest at the start of its path, the loop is unstable: a deviation doubles every ")
-    said = rf"{THERE}, it does not settle: it swings by 1\d(\.\d)? mm along [xy] every 0.\d+ s\."
+    said = rf"{THERE} does not settle: it swings by 1\d(\.\d)? mm along [xy] every 0.\d+ s\."
     assert re.fullmatch(said.replace("\u00a0", " "), swings.replace("\u00a0", " "))
     assert strict_json(tmp_path / "out" / "linear.json")["sentences"] == [unstable, swings, remedy]
 
 
 def test_what_a_flight_of_an_unstable_loop_does_is_said():
     wild = hover({"type": "geometric", "k_Omega": 2000.0})
-    assert re.match(rf"{THERE}, it (is lost after|does not settle)", flown_from_rest(wild)[0])
+    said, (job,) = flown_from_rest(wild)
+    assert re.match(rf"{THERE} (is lost after|does not settle)", said)
+    begun = job.t[0], job.panels[0].lines["flown"][0]
+    assert begun == pytest.approx((0.0, np.sqrt(3.0) * KICK), abs=1e-5)  # drawn from the step on
     assert "too slowly to be seen" in flown_from_rest(hover())[0]
 
 

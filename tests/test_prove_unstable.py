@@ -69,7 +69,7 @@ def test_a_loop_that_is_too_fast_for_its_rotors_is_disproved(tmp_path, monkeypat
     assert (run.code, run.err) == (errors.DIVERGED, "")
     said = " ".join(run.out.split())
     assert said.startswith(
-        "Disproved: hover is unstable. There is a state, off its rest by no more than the first column of the"
+        "Hover is proved unstable. There is a state, off its rest by no more than the first column of the"
     )
     assert "from which the flight leaves the box of the second within 0.53 s" in said
     assert "rates 0.184°/s 1, 1, 0.0337°/s" in said
@@ -211,7 +211,7 @@ def test_a_law_with_a_limit_is_disproved_on_the_papers_plant(tmp_path):
     assert (run.code, run.err) == (errors.DIVERGED, "")
     said, page = " ".join(run.out.split()), (tmp_path / "out" / "mission-proof.html").read_text(encoding="utf-8")
     assert said.startswith(
-        "Disproved: hover at the path's end, (0, 0, 5) m, is unstable. Flights that begin near it do not all stay near it."
+        "Hover at the path's end, (0, 0, 5) m, is proved unstable. Flights that begin near it do not all stay near it."
     )
     assert "eigenvalues outside the unit circle 6 of 12" in said
     assert "begins 1\u00a0mm from that hover" in page  # and no figure of the mission's own flight

@@ -182,7 +182,7 @@ def version(shown: bool) -> None:
 
 
 CODES = """Exit codes (docs/ci.md): 0: done. 1: evidence failed, or nothing was decided. 2: bad input. 3: the flight was lost,
-or the bound disproved. 4: a requirement is not met. 5: standard output could not be written. 130: interrupted."""
+or hover proved unstable. 4: a requirement is not met. 5: standard output could not be written. 130: interrupted."""
 """Of all commands; the help of each says which it has."""
 
 OWN_CODE, TRACEBACK = "--no-user-code", "--traceback"

@@ -8,6 +8,7 @@ import numpy as np
 
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.closed_loop import Outcome
+from quadstep.interfaces.log import FlightLog
 from quadstep.interfaces.plant import Reference
 from quadstep.linear.modes import ReducedPeriod, reduced
 from quadstep.linear.nearby import MOVED, NEAR, changed, later_ticks, nearby, nonlinear_states
@@ -26,6 +27,7 @@ from quadstep.linear.states import (
     with_states,
 )
 from quadstep.linear.wind_limit import cannot_hover
+from quadstep.metrics.quantities import position_errors
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.lagrange import LagrangeMission, VehicleSection
@@ -38,6 +40,9 @@ from quadstep.sensing.sensors import filled
 
 WARM = BEGUN = 0.1
 """Time flown before the search, so that memories of past samples are filled, and before a step [s]."""
+
+LONG, KICK = 60.0, 1e-3
+"""How long a flight from rest lasts unless it is lost [s], and the step along each axis that it begins with [m]."""
 
 MOST_STEPS, AT_REST = 40, SAME
 """Most steps of Newton's method, and the largest change of a state in a period, relative to 1, that counts as rest."""
@@ -112,6 +117,23 @@ def hover_mission(mission: Mission, reference: Reference, duration: float, aside
     if isinstance(wind, WindSection):
         changes["wind"] = WindSection(mean=wind.mean)
     return mission.model_copy(update=changes)
+
+
+class Stepped(NamedTuple):
+    """A flight from rest, from its step on: t [s] since then, errors [m] (samples, axes)."""
+
+    log: FlightLog
+    t: Array
+    errors: Array
+
+
+def stepped(mission: Mission, reference: Reference) -> Stepped:
+    """The mission held at a point of its path, without noise, gusts and events, after a step of `KICK` along each axis: flown
+    until it is lost, but no longer than `LONG`. Raises UserError.
+    """
+    log = fly(quiet(hover_mission(mission, reference, BEGUN + LONG, KICK).plan(warn=False)))
+    since = log.column("t") >= BEGUN - 1e-9
+    return Stepped(log, log.column("t")[since] - BEGUN, position_errors(log)[since])
 
 
 def quiet(plan: FlightPlan) -> FlightPlan:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.engines.fly import fingerprint, fly
+from quadstep.engines.fly import fingerprint
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.io import __version__
@@ -16,13 +16,12 @@ from quadstep.io.errors import UserError, errors_in
 from quadstep.io.run_record import FIGURES
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, RestAnalysis, StepResponse, analyse_rest, steps
-from quadstep.linear.equilibrium import hover_mission, quiet
+from quadstep.linear.equilibrium import BEGUN, KICK, LONG, stepped
 from quadstep.linear.grade import REMEDY, graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.states import Array
 from quadstep.linear.tables import OpenLoop, decibels, draw_bode, draw_nyquist, draw_steps, merged
 from quadstep.linear.transfer import LOWEST, harmonic, opened
-from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.statistics import finite
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import plan_mission, read_mission
@@ -77,14 +76,14 @@ def record(analysis: Analysis, steps: list[StepResponse]) -> dict[str, object]:
     }
 
 
-LONG, KICK, LEAST = 60.0, 1e-3, 1e-6
-"""How long it is flown [s], the step along each axis that it begins with, and the least swing that counts [m]."""
+LEAST = 1e-6
+"""The least swing that counts [m]."""
 
 STEADY = 0.5
 """Share by which the swing may change over the last half of the flight where it neither grows nor decays."""
 
 
-THERE = f"Flown there after a step of {1e3 * KICK:g} mm along each axis"
+THERE = f"Stepped {1e3 * KICK:g} mm along each axis, the vehicle"
 
 
 def flown_from_rest(mission: Mission) -> tuple[str, list[FigureJob]]:
@@ -93,11 +92,11 @@ def flown_from_rest(mission: Mission) -> tuple[str, list[FigureJob]]:
     """
     path = mission.path.build(mission.folder)
     try:
-        log = fly(quiet(hover_mission(mission, path.law.reference(0.0, path.parameters), LONG, KICK).plan(warn=False)))
+        flight = stepped(mission, path.law.reference(0.0, path.parameters))
     except UserError as error:  # a law of the user's own that fails there
         return f"It cannot be flown at rest: {error}.", []
-    far = Panel("distance", "m", {"flown": np.linalg.norm(position_errors(log), axis=1)}, LOG)
-    return of_flight(log), [FigureJob("flown", GROWING, log.column("t"), [far])]
+    far = Panel("distance", "m", {"flown": np.linalg.norm(flight.errors, axis=1)}, LOG)
+    return of_flight(flight.log), [FigureJob("flown", GROWING, flight.t, [far])]
 
 
 GROWING = "Distance from where it should stay, in that flight. An error that keeps doubling rises along a straight line."
@@ -106,16 +105,16 @@ GROWING = "Distance from where it should stay, in that flight. An error that kee
 def of_flight(log: FlightLog) -> str:
     """How such a flight ends, in a sentence."""
     if log.outcome is not Outcome.COMPLETED:
-        return f"{THERE}, it is lost after {log.ended:.3g} s."
+        return f"{THERE} is lost after {log.ended - BEGUN:.3g} s."
     t, half = log.column("t"), len(log.rows) // 2
     axes = {name: log.column(name)[half:] for name in ("x", "y", "z")}
     axis, values = max(axes.items(), key=lambda one: np.ptp(one[1]))
     first, last = np.ptp(values[: len(values) // 2]), np.ptp(values[len(values) // 2 :])
     if np.ptp(values) < 2.0 * LEAST:
-        return f"{THERE}, it stays within {quantity(LEAST, 'm')} for {LONG:g} s: it grows too slowly to be seen."
+        return f"{THERE} stays within {quantity(LEAST, 'm')} for {LONG:g} s: it grows too slowly to be seen."
     trend = ", still growing" if last > (1.0 + STEADY) * first else ", decaying" if last < (1.0 - STEADY) * first else ""
     about = f" every {quantity(every, 's')}" if (every := period(t[half:], values)) else ""
-    return f"{THERE}, it does not settle: it swings by {quantity(0.5 * float(last), 'm')} along {axis}{about}{trend}."
+    return f"{THERE} does not settle: it swings by {quantity(0.5 * float(last), 'm')} along {axis}{about}{trend}."
 
 
 def period(t: Array, values: Array) -> float:

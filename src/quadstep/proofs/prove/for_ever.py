@@ -60,7 +60,7 @@ def left_hover(name: str, loop: SampledLoop, unknown: Unknown, leaves: Departure
         rows.append([quantity(part), *said])
     others = f", {under(Unknown(*unknown[:4]))}" if any(unknown[:4]) else ""
     says = [
-        f"disproved: hover is unstable{others}. There is a state, off its rest by no more than the first column of the table "
+        f"hover is proved unstable{others}. There is a state, off its rest by no more than the first column of the table "
         f"says, from which the flight leaves the box of the second within {rounded_up(leaves.seconds, 3):g} s.",
         f"This holds for the law as flown, with rounding, at whichever sample from {loop.period:g} s on it is in that "
         "state; the law's memory is off its rest too. It leaves the box as soon as one number is farther off than the second "

@@ -6,10 +6,9 @@ from itertools import product
 
 import numpy as np
 
-from quadstep.engines.fly import FlightPlan, fly
+from quadstep.engines.fly import FlightPlan
 from quadstep.io.errors import UserError
-from quadstep.linear.equilibrium import hover_mission, quiet
-from quadstep.metrics.quantities import position_errors
+from quadstep.linear.equilibrium import KICK, stepped
 from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, rebuild
 from quadstep.proofs.prove.hold import Hold
@@ -19,10 +18,8 @@ from quadstep.report import units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import LOG, Panel
 
-MOST, ASIDE, NEAR = 150, 1e-3, 0.01
-"""Samples that are flown for a figure of a set; how far from an unstable hover a flight begins [m]; share of the limit from
-which on it is drawn.
-"""
+MOST, NEAR = 150, 0.01
+"""Samples that are flown for a figure of a set; share of the limit from which on it is drawn."""
 
 
 def of_tube(loop: SampledLoop, error: Array, bound: Array) -> list[FigureJob]:
@@ -59,15 +56,14 @@ def of_flight(t: Array, errors: Array, limit: float, whose: str = "the mission's
     return [FigureJob("flight", caption, t, [Panel("distance", "m", lines, LOG)])]
 
 
-def of_instability(mission: Mission, plan: FlightPlan, at: float, seconds: float) -> list[FigureJob]:
-    """A flight that is to hover where its path is at a time [s], `ASIDE` beside it along each axis; none if that fails."""
-    reference = plan.loop.path.reference(at, plan.parameters.path)
+def of_instability(mission: Mission, plan: FlightPlan, at: float) -> list[FigureJob]:
+    """A flight that is to hover where its path is at a time [s], after a small step; none if that fails."""
     try:
-        log = fly(quiet(hover_mission(mission, reference, seconds, ASIDE).plan(warn=False)))
+        flight = stepped(mission, plan.loop.path.reference(at, plan.parameters.path))
     except UserError:  # of a law of the user's own
         return []
-    whose = f"a flight that begins {1e3 * ASIDE:g} mm from that hover along each axis"
-    return of_flight(log.column("t"), position_errors(log), plan.parameters.limits.distance, whose)
+    whose = f"a flight that begins {1e3 * KICK:g} mm from that hover along each axis"
+    return of_flight(flight.t, flight.errors, plan.parameters.limits.distance, whose)
 
 
 def of_set(loop: SampledLoop, kept: Hold, position: Array) -> list[FigureJob]:

@@ -47,10 +47,8 @@ PUSH = 2.3e-4
 
 NOTHING = Unknown()
 
-FEWEST, SHOWN, LONGEST = 2, 10.0, 60.0
-"""Samples of a tube that bound a flight; how often an unstable hover's error grows by a factor of e in its figure, and how
-long that may take [s].
-"""
+FEWEST = 2
+"""Samples of a tube that bound a flight."""
 
 
 def usual(plan: FlightPlan, force: float | None, torque: float | None, others: Unknown) -> Unknown:
@@ -89,7 +87,7 @@ def prove_mission(
         with bar("proving", f"of at most {MOST_STEPS} sets") as progress:
             kept = invariant_set(loop, unknown, progress.to)
         if isinstance(kept, Departure):
-            return left_hover(mission.name, loop, unknown, kept)._replace(pictures=of_instability(mission, plan, 0.0, SHOWN))
+            return left_hover(mission.name, loop, unknown, kept)._replace(pictures=of_instability(mission, plan, 0.0))
         if not isinstance(kept, str):
             found_set = hover_for_ever(mission.name, path, text, loop, unknown, kept, out)
             return found_set._replace(settings=settings(loop, unknown, "an invariant set, a product over the modes"))
@@ -221,8 +219,8 @@ def unstable(mission: Mission, plan: FlightPlan, at: Hover, growth: Instability)
     """The verdict that hover is not a stable equilibrium."""
     place = ", ".join(f"{one:g}" for one in at.position)
     says = [
-        f"disproved: hover at the path's end, ({place}) m, is unstable. Flights that begin near it do not all stay near it. "
-        "This is shown for the law in exact arithmetic.",
+        f"hover at the path's end, ({place}) m, is proved unstable. Flights that begin near it do not all stay near it. "
+        "This holds for the law in exact arithmetic.",
         *consequence(plan),
         "`fly` and `linear` judge rest where the path begins, where a deviation may grow at another rate.",
     ]
@@ -235,7 +233,7 @@ def unstable(mission: Mission, plan: FlightPlan, at: Hover, growth: Instability)
         ),
     ]
     rows = [[one.what, one.value] for one in cards]
-    shown = of_instability(mission, plan, at.tick * plan.ticks.step, min(SHOWN / growth.slowest, LONGEST))
+    shown = of_instability(mission, plan, at.tick * plan.ticks.step)
     kind, columns = VerdictKind.DISPROVED, ("at hover", "proved")
     return ProofVerdict(mission.name, kind, rows, says, columns=columns, pictures=shown, cards=cards)
 
@@ -261,7 +259,7 @@ def flown_verdict(name: str, plan: FlightPlan, log: FlightLog) -> ProofVerdict:
     """A disproof by the mission's own flight, which was lost: how far it was off its path along each axis, in its log or in
     the state that ended it, which the log is without.
     """
-    says = [f"disproved: the mission's own flight was lost at {log.ended:.4g} s ({REASONS.get(log.outcome, '')})."]
+    says = [f"the mission's own flight was lost at {log.ended:.4g} s ({REASONS.get(log.outcome, '')})."]
     axes = plan.loop.plant.axes
     errors, t = log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes)), log.column("t")
     last = np.array(tuple(plan.loop.plant.error(log.final.state, plan.loop.reference(log.ended, plan.parameters))))
