@@ -12,16 +12,18 @@ from scipy.optimize import brentq
 
 from quadstep import Mission
 from quadstep.control.vectoring import desired_attitude
+from quadstep.engines.fly import fly
 from quadstep.interfaces.controller import Controller
 from quadstep.linear import equilibrium
-from quadstep.linear.analysis import StepResponse, analyse_rest, of_loop, worst_of
+from quadstep.linear.analysis import StepResponse, analyse_rest, of_loop, steps, worst_of
 from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.nearby import MOVED
-from quadstep.linear.run import off_the_step, record
+from quadstep.linear.run import off_the_step, record, turned
 from quadstep.linear.states import Channel, states, with_states
 from quadstep.linear.tables import OpenLoop, mark_margins, merged, sentences
 from quadstep.linear.transfer import frequencies, opened, transfer
 from quadstep.linear.worst import cells, facts, finding, grades
+from quadstep.mission.paths import StepPath
 from quadstep.numbers import Vector, vector, where
 from quadstep.numbers.rotations import yaw_pitch_roll
 from tests.altered import Delayed
@@ -404,16 +406,31 @@ def test_a_loop_whose_sides_are_alike_at_rest_is_not_flown_on_to_rest_elsewhere(
 
 def test_a_step_is_judged_by_where_it_rests_and_one_that_rests_elsewhere_is_said():
     t = np.linspace(0.0, 10.0, 1001)
-    turned = StepResponse("yaw", "rad", t, 1.4 * (1.0 - np.exp(-t)))
-    assert (turned.rest, turned.overshoot) == (pytest.approx(1.4, rel=1e-4), 0.0)
-    assert turned.settling == pytest.approx(-np.log(0.02), abs=0.02)
-    said = off_the_step([turned])
-    assert said.startswith(" Yaw rests at 1.4, not at 1. A vehicle that leans, as in wind, may turn its nose too far")
-    assert off_the_step([turned._replace(value=0.7287 * turned.value)]).startswith(" Yaw rests at 1.02, not at 1.")
+    farther = StepResponse("yaw", "rad", t, 1.4 * (1.0 - np.exp(-t)))
+    assert (farther.rest, farther.overshoot) == (pytest.approx(1.4, rel=1e-4), 0.0)
+    assert farther.settling == pytest.approx(-np.log(0.02), abs=0.02)
+    assert off_the_step([farther]) == " Yaw rests at 1.4, not at 1."
+    assert off_the_step([farther._replace(value=0.7287 * farther.value)]) == " Yaw rests at 1.02, not at 1."
     for values in (t, 0.0 * t):  # it drifts, or does not follow at all
         other = StepResponse("x", "m", t, values)
         assert (other.rest, other.settling) == (1.0, np.inf)
     assert not off_the_step([StepResponse("x", "m", t, 1.0 - np.exp(-t))])
+
+
+def test_how_much_farther_the_nose_turns_in_wind_is_what_flights_with_two_headings_do():
+    law, wind = {"type": "rotation-backstepping"}, {"mean": [12.1, 0.0, 0.0]}
+    ends = [
+        fly(hovering(hover(law, wind=wind).model_copy(update={"path": StepPath(**HOLD, yaw=yaw)}))) for yaw in (-0.02, 0.02)
+    ]
+    flown = (ends[1].column("yaw")[-1] - ends[0].column("yaw")[-1]) / 0.04
+    found = analyse_rest(hover(law, wind=wind))
+    (said,) = turned(steps(found.rest.period, found.analysis.poles), hover(law, wind=wind))
+    assert flown > 1.1
+    assert said == f"In this wind it turns its nose {100.0 * (flown - 1.0):.2g} % more than commanded."
+    still = analyse_rest(hover(law))
+    assert turned(steps(still.rest.period, still.analysis.poles), hover(law)) == []
+    less = StepResponse("yaw", "rad", np.arange(9.0), np.full(9, 0.8))
+    assert turned([less], hover(law)) == ["At rest it turns its nose 20 % less than commanded."]
 
 
 @pytest.mark.parametrize("seed", range(20))

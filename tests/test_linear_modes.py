@@ -54,7 +54,7 @@ def test_what_keeps_its_value_is_counted_and_is_not_felt():
     assert str(kept) in pole_rows(analysis.poles, analysis.in_words)[0]
     counted, gone = sum(2 - (one.imaginary == 0.0) for one in analysis.poles), (np.abs(modes.factors) <= GONE).sum()
     assert counted + gone == len(modes.factors) == len(analysis.loop.period.names)
-    assert f"poles.csv has all but {gone} that are gone within a period" in of_poles(analysis)
+    assert f"poles.csv lists all except {gone} that decay within one period." in of_poles(analysis)
 
 
 def test_a_real_pole_that_rounding_splits_is_shown_as_two_equal_ones():

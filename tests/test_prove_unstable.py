@@ -68,9 +68,7 @@ def test_a_loop_that_is_too_fast_for_its_rotors_is_disproved(tmp_path, monkeypat
     run = quadstep("prove", write(tmp_path, HOVER + "attitude = [60.0, 60.0, 20.0]\n"))
     assert (run.code, run.err) == (errors.DIVERGED, "")
     said = " ".join(run.out.split())
-    assert said.startswith(
-        "Hover is proved unstable. There is a state, off its rest by no more than the first column of the"
-    )
+    assert said.startswith("Hover is proved unstable. There is a state, off its rest by no more than the first column of the")
     assert "from which the flight leaves the box of the second within 0.53 s" in said
     assert "rates 0.184°/s 1, 1, 0.0337°/s" in said
     assert "mm; rates 1, 1, 0.0337°/s | 0.53 s |" in PAGE.read_text()

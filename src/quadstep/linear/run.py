@@ -23,6 +23,7 @@ from quadstep.linear.states import Array
 from quadstep.linear.tables import OpenLoop, decibels, draw_bode, draw_nyquist, draw_steps, merged
 from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.metrics.statistics import finite
+from quadstep.mission.air import WindSection
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
@@ -155,7 +156,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     """
     found = studied.analysis
     moves = steps(studied.rest.period, found.poles) if found.stable else []
-    answer, jobs = [worst.finding(found, but)], list[FigureJob]()
+    answer, jobs = [worst.finding(found, but), *turned(moves, mission)], list[FigureJob]()
     if not found.stable:
         flown, jobs = flown_from_rest(mission)
         answer += [flown, REMEDY + (f" {CERTIFY}" if mission.controller.controller.theorem else "")]
@@ -253,12 +254,20 @@ def least_phase(analysis: Analysis) -> int:
 
 
 def off_the_step(moves: list[StepResponse]) -> str:
-    """Which responses rest elsewhere than at the step, and why, after a blank."""
+    """Which responses rest elsewhere than at the step, after a blank."""
     off = {one.name: one.rest for one in moves if f"{one.rest:.3g}" != "1"}
-    said = "".join(f" {name[0].upper()}{name[1:]} rests at {rest:.3g}, not at 1." for name, rest in off.items())
-    if "yaw" not in off:
-        return said
-    return f"{said} A vehicle that leans, as in wind, may turn its nose too far or not far enough, seen from above."
+    return "".join(f" {name[0].upper()}{name[1:]} rests at {rest:.3g}, not at 1." for name, rest in off.items())
+
+
+def turned(moves: list[StepResponse], mission: Mission) -> list[str]:
+    """That a step of the heading ends elsewhere, in a sentence, where it does."""
+    wind = getattr(mission, "wind", None)
+    there = "In this wind" if isinstance(wind, WindSection) and any(wind.mean) else "At rest"
+    return [
+        f"{there} it turns its nose {100.0 * abs(one.rest - 1.0):.2g} % {'more' if one.rest > 1.0 else 'less'} than commanded."
+        for one in moves
+        if one.name == "yaw" and f"{one.rest:.3g}" != "1"
+    ]
 
 
 def draw(folder: Path, analysis: Analysis, moves: list[StepResponse], sheet: Sheet) -> None:

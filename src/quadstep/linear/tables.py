@@ -80,9 +80,9 @@ def of_poles(analysis: Analysis) -> str:
     felt = "" if analysis.not_held else f", without effect on {listed(period.pose.names)}"
     said = f"{kept} {constant}{felt}: {analysis.in_words(still)}. " if kept else ""
     gone = len(period.names) - sum(times for _, times, _ in grouped(analysis.poles))
-    but = f" but {gone} that are gone within a period" * (gone > 0)
+    but = f" except {gone} that decay within one period" * (gone > 0)
     said += f"The loop has {len(period.names)} states and a common period of {1e3 * period.length:g} ms. "
-    return f"{said}Shown are the slowest poles; poles.csv has all{but}, one of each pair."
+    return f"{said}Shown are the slowest poles; poles.csv lists all{but}."
 
 
 FAINTEST, LOUDEST = -60.0, 60.0
