@@ -14,6 +14,7 @@ from quadstep.page.build import fly_missions
 from quadstep.report.panels import left_path
 from quadstep.studies.flight_report import answer, gain_rows, of_size, worst, write_report
 from tests.commands import write
+from tests.missions import EXAMPLES
 from tests.needs import CHROMIUM, needs, package
 
 TEXT = """vehicle = {{ preset = "x500" }}
@@ -40,6 +41,27 @@ def said(folder, *flight):
     write_report(folder / "report.html", mission, log, mission.flight_metrics(log)[0], (), {"attitude": "Angles."})
     caption = re.search(r"<figcaption>.*?</figcaption>", (folder / "report.html").read_text(encoding="utf-8"), re.DOTALL)
     return SENTENCE.search(caption[0])
+
+
+def test_the_heading_has_its_largest_and_final_error_in_the_table_and_a_large_error_is_amber(tmp_path):
+    mission = read_mission(EXAMPLES / "wind_tunnel.toml").model_copy(update={"score_from": 1.0})
+    mission = mission.model_copy(update={"simulation": mission.simulation.model_copy(update={"duration": 3.0})})
+    log = fly(mission.plan())
+    metrics = mission.flight_metrics(log)[0]
+
+    def told(path, **more):
+        write_report(path, mission, log, metrics, (), {}, **more)
+        text = path.read_text(encoding="utf-8")
+        assert '"phase": 30°' in text.replace("&quot;", '"')
+        assert re.search(r'<dt>largest error</dt><dd class="?fair', text) or more
+        return re.findall(r"<td>([^<]*)</td>", re.search(r"<tr><td>heading</td>(.*?)</tr>", text)[1])
+
+    off = np.degrees(np.abs(log.column("yaw") - log.column("heading_d"))[log.column("t") >= 1.0])
+    shown = [float(one) for one in told(tmp_path / "a.html")[:-1]]
+    assert shown == pytest.approx([np.sqrt((off**2).mean()), off.max(), off[-1]], rel=5e-3)
+    ending = {"yaw[rad]": 1.0, "heading_d[rad]": 0.5}
+    lost = [float(one) for one in told(tmp_path / "b.html", ending=ending)[:-1]]
+    assert lost == pytest.approx(np.degrees([0.5, 0.5]), rel=5e-3)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """What the figures of a flight show: nothing that the vehicle or the law does not have."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -12,7 +14,16 @@ from quadstep.report.canvas import drawing
 from quadstep.report.figures import draw
 from quadstep.report.moments import mark, named
 from quadstep.report.panel import EventMark, Panel
-from quadstep.report.panels import attitude_panels, flight_jobs, jobs_to_draw, labels_of, of_attitude, of_others, other_panels
+from quadstep.report.panels import (
+    attitude_panels,
+    flight_jobs,
+    jobs_to_draw,
+    labels_of,
+    of_attitude,
+    of_others,
+    of_path,
+    other_panels,
+)
 from quadstep.report.sheet import Sheet, sheet
 
 PAPER = {"path": {"type": "minimum-jerk", "end": [0.1, 0.0, 0.1], "duration": 0.5}}
@@ -97,7 +108,9 @@ def test_a_path_that_leaves_its_picture_says_so():
     path, position, *_ = jobs = flight_jobs(log, "A flight")
     since = t[np.flatnonzero(np.abs(z) <= 0.1)[-1] + 1]
     assert path.caption.startswith(f"The vehicle is more than 100\u00a0mm from its path from {since:.3g} s on.")
-    assert path.caption.endswith("the cross the end, which is beyond the view along z.")
+    assert path.caption.endswith(" The circle marks the start; the end is beyond the view along z.")
+    bent = replace(path.track, flown=path.track.flown + np.outer(t * (4.0 - t), (0.0, 0.2, 0.0)))  # seen from above too
+    assert of_path(log, bent).endswith(" The circle marks the start, the cross the end, which is beyond the view along z.")
     low = path.track.view[0][2]
     out = int((z < low).argmax())
     assert (path.t[-1], position.t[-1]) == (4.0, t[out])  # the rest would flatten what comes before it

@@ -47,8 +47,10 @@ def of_path(log: FlightLog, track: Track) -> str:
         said = f"The vehicle is more than {quantity(near, 'm')} from its path from {at(t, since)} on"
     if not track.views:
         return f"{said}."
-    beyond = f", which is beyond the view along {listed(track.beyond)}" if track.beyond else ""
-    return f"{said}. The circle marks the start, the cross the end{beyond}."
+    crossed = any(not {"xyz"[one] for one in pair} & {*track.beyond} for pair in track.views)
+    end = ", the cross the end" if crossed else "; the end"
+    beyond = f"{', which' * crossed} is beyond the view along {listed(track.beyond)}" if track.beyond else ""
+    return f"{said}. The circle marks the start{end}{beyond}."
 
 
 def of_position(log: FlightLog) -> str:

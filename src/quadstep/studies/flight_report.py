@@ -11,7 +11,15 @@ import numpy as np
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics.off_command import off_command
-from quadstep.metrics.quantities import FAR, moves, position_axes, position_errors, shorter_way
+from quadstep.metrics.quantities import (
+    FAR,
+    LoggedFlight,
+    heading_error,
+    moves,
+    position_axes,
+    position_errors,
+    shorter_way,
+)
 from quadstep.metrics.registry import Metrics, group, metric, of_saturation, rest_of, with_unit
 from quadstep.metrics.verdict import Case, FlightGrade, graded
 from quadstep.mission.listings import rounded, written
@@ -34,7 +42,8 @@ LEAST = 1e-4
 """Share of a path's size below which an RMSE is only said to be less."""
 
 LIST = re.compile(r"\[[^\[\]{}]*\]")
-"""In JSON: a list of numbers or names, which is shown on one line."""
+PHASE = re.compile(r'(?<="phase": )[\d.e-]+')
+"""In JSON: a list of numbers or names, which is shown on one line; a phase margin, which is shown in degrees."""
 
 
 def write_report(
@@ -55,13 +64,13 @@ def write_report(
     if "position" in metrics:
         said = f"{size}Counted{counted}. " if counted else size
         header, rows = error_table(metrics, ending)
-        heading = metrics.get("heading_error[rad]")
-        if isinstance(heading, float) and "attitude" not in metrics:  # whose rows have the heading
-            rows.append(["heading", units.number(math.degrees(heading)), *["–"] * (len(header) - 3), "°"])
+        if isinstance(rms := metrics.get("heading_error[rad]"), float) and "attitude" not in metrics:  # whose rows have it
+            rows.append(heading_row(LoggedFlight(log, mission.scored_from), rms, ending))
         sections.append(TableSection("Errors", "errors", header, rows, said + ("" if seen else off)))
     if drawn[IN_SUMMARY:]:
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]
     content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2, exclude_none=True))
+    content = PHASE.sub(lambda one: f"{math.degrees(float(one[0])):.6g}°", content)
     sections += [
         TableSection("Mission", "flown"),
         markup.verbatim(content, "every key of the mission that has a value", False),
@@ -159,7 +168,8 @@ def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fa
             one["largest[m]"] for one in group(metrics, "position").values()
         )
         along = f"from the path{when}" if "largest_error[m]" in metrics else "along one axis"
-        found.append(markup.Fact("largest error", units.quantity(largest, "m"), f"{along}{counted and f'; counted{counted}'}"))
+        said, kind = f"{along}{counted and f'; counted{counted}'}", "fair" * ("large error" in graded(metrics).labels)
+        found.append(markup.Fact("largest error", units.quantity(largest, "m"), said, kind=kind))
     rest = rest_of(metrics)
     kind = BAD_LOOPS.get(rest.get("grade", ""), "")
     loop = [markup.Fact("loop at rest where the path begins", rest["grade"], rest["why"], kind=kind)] if rest else []
@@ -212,6 +222,18 @@ LOST = ("error", "largest", "when lost", "unit")
 
 SMALL = 0.01
 """In the unit of the others; what is no larger has its own."""
+
+
+def heading_row(flight: LoggedFlight, rms: float, ending: Metrics | None) -> list[str]:
+    """The heading's row of the table of errors."""
+    found = heading_error(flight)
+    sizes = np.abs(found.values[:, 0]) if found and len(found.values) else np.array([math.nan])
+    values = [rms, float(sizes.max()), float(sizes[-1])]
+    if ending:
+        flown, wanted = (cast(float, ending.get(with_unit(one, "rad"), math.nan)) for one in ("yaw", "heading_d"))
+        last = abs(float(shorter_way(np.array(flown - wanted))))
+        values = [float(np.fmax(values[1], last)), last]
+    return ["heading", *(units.number(math.degrees(one)) if math.isfinite(one) else "–" for one in values), "°"]
 
 
 def error_table(metrics: Metrics, ending: Metrics | None = None) -> tuple[Sequence[str], list[list[str]]]:
