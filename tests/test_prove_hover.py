@@ -35,6 +35,7 @@ def test_the_example_is_disproved(tmp_path):
         "4 of 82",
         "2.14987 to 2.14988 1/s",
         "The printed conditions of Theorem 5.1 hold here",
+        "at least 1 N m s at any attitude",
         "Hover at the path's end, (20, 5, 10) m, is proved unstable.",
     ):
         assert needed in run.out.replace("\n", " ")

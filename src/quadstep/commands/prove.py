@@ -48,8 +48,7 @@ def prove(
 ) -> None:
     """Prove a bound on every flight's distance from its path, or disprove it, by interval enclosures.
 
-    Exit code 0: proved. 1: undecided (the open cases are listed), or certificate not confirmed. 2: bad input. 3: hover is
-    proved unstable, or the flight was lost.
+    Exit code 0: proved. 1: undecided, or certificate not confirmed. 2: bad input. 3: hover is unstable, or the flight lost.
     """
     from quadstep.proofs.prove import report, run
     from quadstep.proofs.prove.certificate_file import check_target

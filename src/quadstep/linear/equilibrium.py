@@ -119,21 +119,13 @@ def hover_mission(mission: Mission, reference: Reference, duration: float, aside
     return mission.model_copy(update=changes)
 
 
-class Stepped(NamedTuple):
-    """A flight from rest, from its step on: t [s] since then, errors [m] (samples, axes)."""
-
-    log: FlightLog
-    t: Array
-    errors: Array
-
-
-def stepped(mission: Mission, reference: Reference) -> Stepped:
-    """The mission held at a point of its path, without noise, gusts and events, after a step of `KICK` along each axis: flown
-    until it is lost, but no longer than `LONG`. Raises UserError.
+def stepped(mission: Mission, reference: Reference) -> tuple[FlightLog, Array, Array]:
+    """A flight held at a point of its path, quiet, for at most `LONG` after a step of `KICK` along each axis; times since the
+    step [s] and errors (samples, axes) [m]. Raises UserError.
     """
     log = fly(quiet(hover_mission(mission, reference, BEGUN + LONG, KICK).plan(warn=False)))
     since = log.column("t") >= BEGUN - 1e-9
-    return Stepped(log, log.column("t")[since] - BEGUN, position_errors(log)[since])
+    return log, log.column("t")[since] - BEGUN, position_errors(log)[since]
 
 
 def quiet(plan: FlightPlan) -> FlightPlan:

@@ -77,13 +77,11 @@ def record(analysis: Analysis, steps: list[StepResponse]) -> dict[str, object]:
     }
 
 
-LEAST = 1e-6
-"""The least swing that counts [m]."""
+LEAST, STEADY = 1e-6, 0.5
+"""The least swing that counts [m]; share by which one changes over the last half of a flight that neither grows nor decays."""
 
-STEADY = 0.5
-"""Share by which the swing may change over the last half of the flight where it neither grows nor decays."""
-
-
+CERTIFY = " `quadstep certify` judges the conditions of Theorem 5.1."
+GROWING = "Distance from where it should stay, in that flight. An error that keeps doubling rises along a straight line."
 THERE = f"Stepped {1e3 * KICK:g} mm along each axis, the vehicle"
 
 
@@ -93,14 +91,11 @@ def flown_from_rest(mission: Mission) -> tuple[str, list[FigureJob]]:
     """
     path = mission.path.build(mission.folder)
     try:
-        flight = stepped(mission, path.law.reference(0.0, path.parameters))
+        log, t, errors = stepped(mission, path.law.reference(0.0, path.parameters))
     except UserError as error:  # a law of the user's own that fails there
         return f"It cannot be flown at rest: {error}.", []
-    far = Panel("distance", "m", {"flown": np.linalg.norm(flight.errors, axis=1)}, LOG)
-    return of_flight(flight.log), [FigureJob("flown", GROWING, flight.t, [far])]
-
-
-GROWING = "Distance from where it should stay, in that flight. An error that keeps doubling rises along a straight line."
+    far = Panel("distance", "m", {"flown": np.linalg.norm(errors, axis=1)}, LOG)
+    return of_flight(log), [FigureJob("flown", GROWING, t, [far])]
 
 
 def of_flight(log: FlightLog) -> str:
@@ -125,11 +120,8 @@ def period(t: Array, values: Array) -> float:
     return float(np.diff(crossings).mean()) if len(crossings) > 2 else 0.0
 
 
-DRAWN = 600
-"""Number of frequencies in a plot."""
-
-SLOWEST_SHOWN = 0.1
-"""[rad/s]"""
+DRAWN, SLOWEST_SHOWN = 600, 0.1
+"""Number of frequencies in a plot, and the least of them [rad/s]."""
 
 
 def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> Evidence:
@@ -159,16 +151,11 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     answer, jobs = [worst.finding(found, but), *turned(moves, mission)], list[FigureJob]()
     if not found.stable:
         flown, jobs = flown_from_rest(mission)
-        answer += [flown, REMEDY + (f" {CERTIFY}" if mission.controller.controller.theorem else "")]
+        answer += [flown, REMEDY + CERTIFY * mission.controller.controller.theorem]
     said = [*answer, *tables.sentences(found), *for_latency(mission)]
     about = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
-    poles = TableSection(
-        "Poles",
-        "poles",
-        tables.POLE_HEADER,
-        tables.pole_rows(found.poles, found.in_words),
-        tables.of_poles(found),
-    )
+    rows = tables.pole_rows(found.poles, found.in_words)
+    poles = TableSection("Poles", "poles", tables.POLE_HEADER, rows, tables.of_poles(found))
     done = Evidence(
         name=mission.name,
         kind="Linear",
@@ -197,9 +184,6 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
             poles,
         ],
     )
-
-
-CERTIFY = "`quadstep certify` judges the conditions of Theorem 5.1."
 
 
 def for_latency(mission: Mission) -> list[str]:
@@ -263,11 +247,9 @@ def turned(moves: list[StepResponse], mission: Mission) -> list[str]:
     """That a step of the heading ends elsewhere, in a sentence, where it does."""
     wind = getattr(mission, "wind", None)
     there = "In this wind" if isinstance(wind, WindSection) and any(wind.mean) else "At rest"
-    return [
-        f"{there} it turns its nose {100.0 * abs(one.rest - 1.0):.2g} % {'more' if one.rest > 1.0 else 'less'} than commanded."
-        for one in moves
-        if one.name == "yaw" and f"{one.rest:.3g}" != "1"
-    ]
+    rest = next((one.rest for one in moves if one.name == "yaw"), 1.0)
+    said = f"{there} it turns its nose {100.0 * abs(rest - 1.0):.2g} % {'more' if rest > 1.0 else 'less'} than commanded."
+    return [said] * (f"{rest:.3g}" != "1")
 
 
 def draw(folder: Path, analysis: Analysis, moves: list[StepResponse], sheet: Sheet) -> None:

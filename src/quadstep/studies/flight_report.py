@@ -10,16 +10,9 @@ import numpy as np
 
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
+from quadstep.metrics import quantities
 from quadstep.metrics.off_command import off_command
-from quadstep.metrics.quantities import (
-    FAR,
-    LoggedFlight,
-    heading_error,
-    moves,
-    position_axes,
-    position_errors,
-    shorter_way,
-)
+from quadstep.metrics.quantities import FAR, LoggedFlight, QuantityRows, heading_error, moves, position_errors, shorter_way
 from quadstep.metrics.registry import Metrics, group, metric, of_saturation, rest_of, with_unit
 from quadstep.metrics.verdict import Case, FlightGrade, graded
 from quadstep.mission.listings import rounded, written
@@ -130,7 +123,7 @@ def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
     share, off = metrics.get("relative_error"), metrics.get("position_rmse[m]")
     if log.outcome is not Outcome.COMPLETED or not (share and isinstance(share, float) and isinstance(off, float)):
         return ""
-    if not moves(log.table(*(f"{axis}_d" for axis in position_axes(log)))[log.column("t") >= since]):
+    if not moves(log.table(*(f"{axis}_d" for axis in quantities.position_axes(log)))[log.column("t") >= since]):
         return ""
     size = f"The path's size, {units.quantity(off / share, 'm')}, is the RMSE of a vehicle that never leaves its start"
     return f"{size} (distances above {FAR:g} m count as {FAR:g} m). "
@@ -203,7 +196,6 @@ def own_facts(mission: "Mission", metrics: Metrics) -> list[markup.Fact]:
 
 
 GAINS = ("gain", "value", "unit", "", "meaning")
-
 DEFAULT = "How defaults follow from a vehicle and its delays: docs/controllers.md, Default gains."
 
 
@@ -226,13 +218,10 @@ SMALL = 0.01
 
 def heading_row(flight: LoggedFlight, rms: float, ending: Metrics | None) -> list[str]:
     """The heading's row of the table of errors."""
-    found = heading_error(flight)
-    sizes = np.abs(found.values[:, 0]) if found and len(found.values) else np.array([math.nan])
-    values = [rms, float(sizes.max()), float(sizes[-1])]
+    off = np.abs(cast(QuantityRows, heading_error(flight)).values[:, 0])
     if ending:
-        flown, wanted = (cast(float, ending.get(with_unit(one, "rad"), math.nan)) for one in ("yaw", "heading_d"))
-        last = abs(float(shorter_way(np.array(flown - wanted))))
-        values = [float(np.fmax(values[1], last)), last]
+        off = np.append(off, missed({**ending, "yaw_d[rad]": ending["heading_d[rad]"]}, "yaw", "rad"))
+    values = [*([] if ending else [rms]), float(np.nanmax(off)), float(off[-1])]
     return ["heading", *(units.number(math.degrees(one)) if math.isfinite(one) else "–" for one in values), "°"]
 
 

@@ -142,12 +142,13 @@ Rows: TypeAlias = Sequence[Sequence[markup.Cell]]
 
 class Tables(NamedTuple):
     """Rows of text. conditions: on this flight, as asked, and whether that holds; ball: value, bound and
-    whether that is kept; then value by value: what changed L, and how three ways to L_dot agree.
+    whether that is kept; then value by value: what changed L, L itself, and how three ways to L_dot agree.
     """
 
     conditions: Rows
     ball: Rows
     changes: Rows
+    levels: Rows
     ways: Rows
 
 
@@ -172,7 +173,7 @@ def tables(c: FlightCertificate) -> Tables:
             ["K_r2 - J_M max(Lambda2)", brief(k.k_2, "N m s"), "> 0", mark(k.k_2, corrected)],
             ["thrust that coupling allows", brief(k.thrust_bound, "N"), f"> {k.thrust:.4g} N",
              mark((k.thrust_bound or 0.0) - k.thrust, (k.thrust_bound_anywhere or 0.0) - k.thrust)],
-            ["J_M", brief(k.j_visited, "kg m^2"), "", ""],
+            [f"J_M ({k.j_anywhere:.4g} at any attitude)", brief(k.j_visited, "kg m^2"), "", ""],
         ],
         ball=[
             ["samples outside the ball b_r" + until, f"{rate['samples_outside_b_r']:,} of {len(c.r):,}", "", ""],
@@ -192,9 +193,12 @@ def tables(c: FlightCertificate) -> Tables:
         changes=[
             *([f"by {said}", joules(work[name], rate["largest[J]"])]
               for name, (said, _) in TERMS.items()),
-            ["the change of L: all but that part", joules(rate["last[J]"] - rate["first[J]"], rate["largest[J]"])],
-            *([f"L at {when}", joules(rate[key], rate["largest[J]"])]
-              for when, key in (("the start", "first[J]"), (f"most{until}", "largest[J]"), (f"{c.until:.3g} s", "last[J]"))),
+            ["sum (the filter's lag is already in the coupling)",
+             joules(rate["last[J]"] - rate["first[J]"], rate["largest[J]"])],
+        ],
+        levels=[
+            [f"at {when}", joules(rate[key], rate["largest[J]"])]
+            for when, key in (("the start", "first[J]"), (f"most{until}", "largest[J]"), (f"{c.until:.3g} s", "last[J]"))
         ],
         ways=[
             ["formula and plant, largest difference", brief(agree), "< 10^-9", mark(ROUNDING - agree)],

@@ -96,6 +96,7 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
             markup.disclosure("how they are computed", markup.paragraph(ASKED)),
             TableSection("Ball", "ball", ("", "measured", "bound", ""), found.ball, BALL, shown="The ball", most=4),
             TableSection("What changed L", CHANGES, ("", "added to L"), found.changes, CHANGED),
+            TableSection("", "", ("", "L"), found.levels),
             Figure(CHANGES, stacked(c) + logarithmic),
             TableSection("Checks", "checks", ("", "share", "should be", ""), found.ways, CHECKED),
         ],

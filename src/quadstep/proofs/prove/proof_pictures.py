@@ -59,11 +59,11 @@ def of_flight(t: Array, errors: Array, limit: float, whose: str = "the mission's
 def of_instability(mission: Mission, plan: FlightPlan, at: float) -> list[FigureJob]:
     """A flight that is to hover where its path is at a time [s], after a small step; none if that fails."""
     try:
-        flight = stepped(mission, plan.loop.path.reference(at, plan.parameters.path))
+        _, t, errors = stepped(mission, plan.loop.path.reference(at, plan.parameters.path))
     except UserError:  # of a law of the user's own
         return []
     whose = f"a flight that begins {1e3 * KICK:g} mm from that hover along each axis"
-    return of_flight(flight.t, flight.errors, plan.parameters.limits.distance, whose)
+    return of_flight(t, errors, plan.parameters.limits.distance, whose)
 
 
 def of_set(loop: SampledLoop, kept: Hold, position: Array) -> list[FigureJob]:

@@ -249,9 +249,8 @@ def consequence(plan: FlightPlan) -> list[str]:
         return []
     return [
         f"The printed conditions of Theorem 5.1 hold here (K_r1 - m Lambda1 is at least {outer:g} N s/m, K_r2 - J_M Lambda2 "
-        f"at least {inner:g} N m s), but do not keep the law as flown near its equilibrium. The theorem is in continuous time "
-        f"and without a command filter; the flown law has one, and is sampled every "
-        f"{1e3 * plan.ticks.step * plan.ticks.every[-1]:g} ms."
+        f"at least {inner:g} N m s at any attitude), but the theorem is in continuous time and without a command filter. The "
+        f"law flown has one, and is sampled every {1e3 * plan.ticks.step * plan.ticks.every[-1]:g} ms."
     ]
 
 
