@@ -176,7 +176,7 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     assert ("The coupling of the two loops" in answer(found)) == lost
     *parts, total = tables(found).changes
     assert (len(parts), total[0]) == (len(TERMS), "sum (the filter's lag is already in the coupling)")
-    assert [row[0] for row in tables(found).levels][0] == "at the start"
+    assert tables(found).levels[0][0] == "at the start"
     assert tables(found).conditions[-1][0] == "J_M (10 at any attitude)"
     assert [row[-1] for row in tables(found).ways] == [("holds", "holds"), ("not judged", "open")]
     assert [one.value for one in facts(found)] == (
