@@ -278,6 +278,8 @@ def test_figures_follow_the_finger_and_the_keyboard_and_symbols_light_up(opened)
     assert page.locator("#inversion .name sub").all_text_contents() == ["x", "y", "z"]
     assert page.locator("#inversion .low").all_text_contents() == list("ddddd")
     assert not any("_" in said for said in page.locator(".drawing text").all_text_contents())
+    labels = page.evaluate("[...document.querySelectorAll('input[type=range]')].map((one) => one.labels[0]?.innerText)")
+    assert len(labels) > 10 and all(labels)
     for name in FIGURES:
         before = page.locator(f"#{name} .drawing").inner_html()
         page.locator(f"#{name} input").first.press("ArrowRight" if name == "lyapunov" else "ArrowLeft")

@@ -144,7 +144,7 @@ def test_what_the_page_is_told_of_a_real_vehicle(page):
             panel["id"] for panel in flight["panels"]
         }
     paper = flights["backstepping"]["controllers"][0]
-    assert {condition["source"] for condition in paper["conditions"]} == {"Theorem 5.1", "repaired theorem at hover"}
+    assert {condition["source"] for condition in paper["conditions"]} == {"Theorem 5.1", "repaired theorem (at hover)"}
     names = set(data_of(page.read_text())["laws"][paper["law"]]["names"])
 
     def named(term):

@@ -11,7 +11,8 @@ import pytest
 from quadstep import read_mission
 from quadstep.engines.fly import fly
 from quadstep.mission.paths import CirclePath
-from quadstep.page.build import fly_missions
+from quadstep.metrics.registry import AT_REST
+from quadstep.page.build import flown_mission, fly_missions, missions_page
 from quadstep.page.serve import server
 from quadstep.page.story import OWN
 from tests.browsers import axe, picture, until
@@ -88,7 +89,7 @@ def test_file_opens_offline_small_and_at_once(open_page, page_file):
     assert page.locator("#flight-name").inner_text() == "Case 1: three position commands at once"
     assert page.locator(".plot").count() >= 6
     assert "Flew as asked for 40.0 s" in page.locator("#outcome").inner_text()
-    said = "Theorem 5.1: 6 of 6 gain conditions hold\ngain condition of the repaired theorem at hover: holds"
+    said = "Theorem 5.1: 6 of 6 gain conditions hold\nRepaired theorem (at hover): holds"
     assert page.locator("#conditions").inner_text() == said
     assert "default-src 'none'" in page.locator("meta[http-equiv]").get_attribute("content")
     sliders = page.locator("#controls input[type=range]:visible")
@@ -196,6 +197,44 @@ def test_slider_flies_again(open_page):
     assert float(page.locator("#time").inner_text().split("/")[1].split()[0]) == pytest.approx(after[-1, 0], abs=0.06)
     page.click("#reset")
     np.testing.assert_array_equal(rows(page), before)
+
+
+@pytest.fixture(scope="module")
+def noted_file(tmp_path_factory):
+    """A fragile flight with a text beside it, as the paper's have."""
+    mission = read_mission(EXAMPLES / "case1.toml")
+    plan = mission.plan(EXAMPLES)
+    shown = flown_mission(mission, plan, fly(plan), EXAMPLES)._replace(note="Three commands at once.")
+    rest = {AT_REST: {"grade": "fragile", "why": "phase margin 29.4° in thrust (less than 30.0°)"}}
+    text = missions_page([shown._replace(metrics={**shown.metrics, **rest})])
+    return write(tmp_path_factory.mktemp("noted"), text, "page.html")
+
+
+HEIGHTS = "['#scene-box', '#summary'].map((one) => document.querySelector(one).getBoundingClientRect().height)"
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 768), (360, 740)])
+def test_nothing_moves_while_a_slider_is_held_and_a_fragile_loop_is_told_at_every_width(open_page, noted_file, width, height):
+    page = open_page(file=noted_file, width=width, height=height, webgl=True)
+    assert page.locator("#margins").inner_text() == "Loop at rest: fragile, phase margin 29.4° in thrust (less than 30.0°)"
+    assert page.locator("#margins").is_visible()
+    page.evaluate("document.querySelector('#skip-controls').click()")
+    for label in ("K r1", "Λ2", "time t f"):  # which end in good flights and in lost ones
+        slider = page.locator(f"#controls input[type=range][aria-label^='{label}']:visible").first
+        slider.scroll_into_view_if_needed()
+        box = slider.bounding_box()
+        found = [(round(box["y"]), page.evaluate(HEIGHTS))]
+        page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        page.mouse.down()
+        for share in (0.6, 0.95, 0.05):
+            page.mouse.move(box["x"] + share * box["width"], box["y"] + box["height"] / 2)
+            page.evaluate("() => new Promise(requestAnimationFrame).then(() => new Promise(requestAnimationFrame))")
+            found.append((round(slider.bounding_box()["y"]), page.evaluate(HEIGHTS)))
+        page.mouse.up()
+        assert page.locator("#controls .hinted").inner_text().startswith("You changed the settings; ")
+        found.append((round(slider.bounding_box()["y"]), page.evaluate(HEIGHTS)))
+        assert found == found[:1] * len(found), label
+        page.evaluate("document.querySelector('#reset').click()")
 
 
 SLOWER = "(() => { const now = performance.now.bind(performance); performance.now = () => 300 * now(); })()"
@@ -533,14 +572,17 @@ def test_divergence_is_told(open_page):
     assert page.locator("#promise").inner_text().endswith("the conditions do not promise that the flight stays bounded.")
     page.click(".badge summary")
     assert "Reason:" in page.locator(".sheet").inner_text()
+    figures = [text.replace("\xa0", " ") for text in page.locator(".sheet .figures").all_inner_texts()]
+    assert [re.sub(r".*[\d⁰-⁹] ", "", text) for text in figures] == [*["N s/m"] * 3, *["N m s"] * 3, "N²"], figures
+    assert "k1 and k2 the least margins of Kr1 and Kr2" in page.locator(".sheet").inner_text()
     page.evaluate("quadstep.select('case1')")
     for control, value in (("Lambda2", 0.5), ("K_r2", 6.0), ("disturbance", 0.0)):
         page.evaluate("([control, value]) => quadstep.setControl(control, value)", [control, value])
     assert (
         page.locator("#conditions").inner_text()
-        == "Theorem 5.1: 6 of 6 gain conditions hold\ngain condition of the repaired theorem at hover: violated"
+        == "Theorem 5.1: 6 of 6 gain conditions hold\nRepaired theorem (at hover): violated"
     )
-    assert page.locator("#conditions .bad").all_inner_texts() == ["gain condition of the repaired theorem at hover: violated"]
+    assert page.locator("#conditions .bad").all_inner_texts() == ["Repaired theorem (at hover): violated"]
     assert page.locator("#promise").inner_text().endswith("the repaired theorem’s condition is violated.")
 
 

@@ -156,7 +156,6 @@ def test_warnings_are_sentences(open_page):
     )
     page.evaluate("quadstep.setControl('K_r1', 4)")
     assert not page.locator("#story .why:visible").count(), "which were of the original"
-    assert not page.locator("#story .stale-note").count(), "there is no text below it"
     page.evaluate("quadstep.setControl('K_r1', 3)")
     assert page.locator("#story .why:visible").count() == len(warnings)
     assert len(warnings) > 1

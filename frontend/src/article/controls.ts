@@ -26,7 +26,7 @@ export function slider(
   where: Element = stage.controls,
 ): Slider {
   const input = h("input", { type: "range", min: 0, max: STEPS, step: 1 });
-  const shown = h("output", {});
+  const shown = h("output", { "aria-hidden": "true" }); // the slider says it
   const inward = (x: number): number => (log ? Math.log(x / least) / Math.log(most / least) : (x - least) / (most - least));
   const outward = (share: number): number => (log ? least * (most / least) ** share : least + share * (most - least));
   const tidy = (x: number): number => (key === "time" ? Number((Math.round(x / LOGGED) * LOGGED).toFixed(2)) : x);
@@ -52,7 +52,7 @@ export function slider(
     show();
     stage.redraw();
   });
-  where.append(h("label", { class: "slider" }, h("span", { class: "name" }, ...rich(name)), shown, input));
+  where.append(h("label", { class: "slider" }, h("span", { class: "name" }, ...rich(name)), input, shown));
   made.set(value);
   stage.sliders.set(key, made);
   return made;

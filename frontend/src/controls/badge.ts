@@ -2,11 +2,11 @@
 
 import type { Shown } from "../session";
 import { fill, h } from "../view/dom";
-import { number, quantity } from "../view/format";
+import { join, number, quantity } from "../view/format";
 import type { Judged } from "../data/conditions";
 import { loopChanged } from "../data/settings";
 import { markOf } from "../summary/grade";
-import { closed, rich } from "../view/notation";
+import { closed, prose, rich } from "../view/notation";
 
 export function badge(host: HTMLElement, shown: Shown): void {
   const { flight, conditions, ghost, live, graded, whole } = shown;
@@ -21,7 +21,7 @@ export function badge(host: HTMLElement, shown: Shown): void {
     {},
     h("span", { class: `mark ${mark.kind}`, "aria-hidden": "true" }, mark.glyph),
     h("span", { id: "outcome" }, outcome(shown)),
-    flight.held && live && whole === undefined && loopChanged(shown.settings, shown.data) ? h("span", { id: "margins" }, "Margins not known for these settings: ", h("code", {}, "quadstep linear")) : null,
+    margins(shown),
     theorems.length ? h("span", { id: "conditions" }, ...theorems) : null,
     covers ? h("span", { id: "promise" }, covers) : null,
   );
@@ -43,7 +43,7 @@ export function badge(host: HTMLElement, shown: Shown): void {
         { class: holds ? "good" : "bad" },
         h("span", { class: "mark", "aria-label": holds ? "holds" : "broken" }, holds ? "✓" : "✕"),
         h("span", {}, ...rich(condition.text.replace(">=", "≥"))),
-        h("span", { class: "figures" }, `${number(left, 3)} ${relation} ${number(right, 3)}`),
+        h("span", { class: "figures" }, `${number(left, 3)} ${relation} ${join(number(right, 3), prose(condition.unit))}`),
         h("span", { class: "source" }, condition.source),
       ),
     );
@@ -54,14 +54,20 @@ export function badge(host: HTMLElement, shown: Shown): void {
   fill(host, details);
 }
 
+/** Of the loop at rest: what the file's lacks, or that it is another one now. */
+function margins({ data, flight: { held }, live, settings, whole }: Shown): HTMLElement | null {
+  if (!loopChanged(settings, data)) return data.margins ? h("span", { id: "margins", class: "fragile" }, "Loop at rest: ", ...rich(data.margins)) : null;
+  return held && live && whole === undefined ? h("span", { id: "margins" }, "Margins not known for these settings: ", h("code", {}, "quadstep linear")) : null;
+}
+
 const LIMITED = "These conditions assume unlimited rotors, so they guarantee nothing for this vehicle.";
 
-const CALM = "No contradiction: the conditions say neither how accurate nor how calm a flight is.";
+const CALM = "No contradiction: the conditions guarantee neither accuracy nor smoothness.";
 
 /** Why a lost flight does not contradict the conditions that hold: what they promise (docs/theory.md, Theorem A, for the greatest thrust). */
 function promise({ conditions, measures: { thrust } }: Shown): string {
   const broken = conditions.filter(({ holds }) => !holds);
-  const repaired = conditions.find(({ condition }) => condition.source === "repaired theorem at hover");
+  const repaired = conditions.find(({ condition }) => condition.source === "repaired theorem (at hover)");
   if (repaired && broken.length === 1 && broken[0] === repaired) return "The printed gain conditions are not sufficient: the repaired theorem’s condition is violated.";
   if (broken.length) return "";
   if (!repaired || thrust === undefined) return "No contradiction: the conditions do not promise that the flight stays bounded.";
@@ -99,9 +105,10 @@ function counts(conditions: readonly Judged[]): HTMLElement[] {
     const own = conditions.filter(({ condition }) => condition.source === source);
     const holding = own.filter(({ holds }) => holds).length;
     const kind = holding < own.length ? "bad" : "good";
-    if (own.length === 1) return h("span", { class: kind }, `gain condition of the ${source}: ${holding ? "holds" : "violated"}`);
+    const name = `${source[0]!.toUpperCase()}${source.slice(1)}`;
+    if (own.length === 1) return h("span", { class: kind }, `${name}: ${holding ? "holds" : "violated"}`);
     const tail = h("span", { class: "tail" }, i ? "" : " gain conditions", holding === 1 ? " holds" : " hold"); // not on a telephone
-    return h("span", { class: kind }, `${source}: ${holding} of ${own.length}`, tail);
+    return h("span", { class: kind }, `${name}: ${holding} of ${own.length}`, tail);
   });
 }
 

@@ -7,6 +7,7 @@ import { fill, h } from "../view/dom";
 import { type Card, card } from "./card";
 import type { Changes } from "./changes";
 import { choice } from "./choices";
+import { STALE } from "../walk/story";
 
 const FIRST = ["Gains", "Nets", "Path"]; // open, and in this order before all others
 
@@ -16,6 +17,7 @@ export class ControlPane {
   private cards: { card: Card; owner: Controller | undefined }[] = [];
   private built = "";
   private readonly open = new Map<string, boolean>();
+  private readonly hint = h("p", { class: "quiet" });
 
   constructor(
     private readonly host: HTMLElement,
@@ -33,6 +35,8 @@ export class ControlPane {
       this.build(shown);
     }
     for (const { card, owner } of this.cards) card.show(valuesOf(settings, card.control, owner));
+    this.hint.classList.toggle("hinted", data.note !== "");
+    this.hint.textContent = data.note && !shown.asFiled ? STALE : "Drag a slider: the vehicle flies again as you drag."; // as high, or the slider would leave the hand
     const ghost = this.host.querySelector<HTMLSelectElement>("#ghost");
     if (ghost) ghost.value = settings.ghost;
     const reset = this.host.querySelector<HTMLButtonElement>("#reset");
@@ -53,7 +57,7 @@ export class ControlPane {
     const rank = (name: string): number => (FIRST.includes(name) ? FIRST.indexOf(name) : FIRST.length);
     const ordered = [...groups].sort((a, b) => rank(a[0]) - rank(b[0]));
     const picks = (["controller", "ghost"] as const).map((which) => choice(which, which, data, settings, this.session, this.changes));
-    fill(this.host, h("p", { class: "quiet" }, "Drag a slider: the vehicle flies again as you drag."), h("div", { class: "choices" }, ...picks), ...ordered.map(([name, inside]) => this.group(name, inside)), this.foot(data));
+    fill(this.host, this.hint, h("div", { class: "choices" }, ...picks), ...ordered.map(([name, inside]) => this.group(name, inside)), this.foot(data));
   }
 
   /** Its cards are made once it is open. */

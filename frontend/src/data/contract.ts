@@ -138,6 +138,8 @@ export interface FlightData {
   /** Why it is not flown live; "" if it is. */
   readonly whyNot: string;
   readonly warnings: readonly string[];
+  /** The grade of the file's loop at rest and why; "" where it is sound or not known. */
+  readonly margins: string;
   readonly recorded: Recorded | null;
   readonly controllers: readonly Controller[];
   readonly controls: readonly Control[];
@@ -250,6 +252,7 @@ export interface Condition {
   readonly source: string;
   /** Whether it is no theory's, but says which of two parameters is the smaller. */
   readonly order: boolean;
+  readonly unit: string;
 }
 
 /** An operation on terms; a comparison is 1 where it holds, else 0, and `where` takes its second term where the first is not 0. */

@@ -54,7 +54,8 @@ export class RatePanel {
     this.note.hidden = this.pictures.hidden = setting === undefined;
     if (!setting) {
       pool.fly(this.tally = undefined);
-      this.words.textContent = `The campaign ${rate.keys.length ? `varies ${rate.keys.join("; ")} itself and ` : ""}flies the mission’s controller; restore ${rate.keys.length ? "both" : "it"} to see the failure rate.`;
+      const own = controllerOf(data, shown.settings.controller) === data.controllers[0];
+      this.words.textContent = `The campaign ${own ? `varies ${rate.keys.join("; ")} itself; restore the original value${rate.keys.length > 1 ? "s" : ""}` : "flies the mission’s controller; restore it"} to see the failure rate.`;
       return;
     }
     const own = this.own !== undefined && alike(setting.given, this.own);
@@ -153,7 +154,7 @@ export class RatePanel {
     if (outline.length) surface.polyline(outline, { colour: colours.ink, width: 1.2, dash: [] });
     if (limit !== undefined) {
       surface.polyline([x(limit), 4, x(limit), floor], { colour: colours.ink, width: 1, dash: [3, 3] });
-      surface.text(x(limit) + 4, 8, "limit", { ...small, align: "left" });
+      surface.text(Math.max(x(limit) + 4, 68), 8, "limit", { ...small, align: "left" });
     }
     surface.polyline([6, top + 0.5, right, top + 0.5], { colour: colours.line, width: 1, dash: [2, 3] });
     surface.text(6, 8, `${tallest} flight${tallest === 1 ? "" : "s"}`, { ...small, align: "left" });

@@ -21,8 +21,8 @@ export class SummaryStrip {
   private readonly told = h("p", { class: "unseen", role: "status" });
   private waiting = 0;
 
-  constructor(host: HTMLElement, session: Session) {
-    fill(host, this.words, this.figures, this.changed, this.told);
+  constructor(private readonly host: HTMLElement, session: Session) {
+    fill(host, this.figures, this.words, this.changed, this.told);
     session.shown.watch((shown) => shown && this.show(shown, session.original(shown)));
   }
 
@@ -40,6 +40,8 @@ export class SummaryStrip {
     const marked = said.map((one) => h("span", { class: one === sentence(shown.data.summary.cut) ? "quiet" : "" }, one)); // which is no fault
     fill(this.words, ...(said.length > 2 ? [h("ul", {}, ...marked.map((one) => h("li", {}, one)))] : marked.flatMap((one, i) => (i ? [" ", one] : [one]))));
     this.changed.textContent = changes(shown);
+    this.words.tabIndex = said.length > 2 ? 0 : -1; // it scrolls
+    this.host.classList.toggle("since", shown.data.summary.since > 0);
     this.words.className = markOf(shown).kind;
     clearTimeout(this.waiting);
     this.waiting = window.setTimeout(() => (this.told.textContent = spoken(shown, original)), QUIET);

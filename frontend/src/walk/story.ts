@@ -13,21 +13,21 @@ export function story(host: HTMLElement, claimed: HTMLElement, page: PageData, s
   const claims = data.claims.flatMap((index) => page.claims[index] ?? []);
   fill(
     host,
-    h("h2", { id: "flight-name", class: "named" }, data.name),
-    ...(data.note ? [stale(), h("p", { class: "lead" }, ...rich(data.note))] : []),
+    h("h2", { id: "flight-name", class: data.name === page.title ? "named unseen" : "named" }, data.name),
+    data.note ? h("p", { class: "lead" }, ...rich(data.note)) : null,
     !live ? h("p", { class: "why", id: "why-not" }, closed(data.whyNot || "Shown as recorded")) : null,
     ...data.warnings.map((warning) => h("p", { class: "why warned" }, "Warning: ", ...rich(closed(warning)))),
   );
   fill(
     claimed,
-    claims.length || data.facts.length ? stale() : null,
+    data.note || claims.length || data.facts.length ? h("p", { class: "stale-note" }, STALE) : null,
     claims.length ? h("div", { class: "claims" }, ...claims.map((claim) => card(claim, claims.length === 1, look))) : null,
     data.facts.length ? facts(data.facts) : null,
   );
 }
 
-/** Shown where what stands below no longer fits what flies. */
-const stale = (): HTMLElement => h("p", { class: "stale-note" }, "You changed the settings; the text below still describes the original flight.");
+/** Shown where the text no longer fits what flies. */
+export const STALE = "You changed the settings; the text still describes the original flight.";
 
 function card(claim: Claim, open: boolean, look: (panels: readonly string[]) => void): HTMLElement {
   const verdict = h("span", { class: `verdict ${claim.verdict}` }, VERDICTS[claim.verdict]);

@@ -90,8 +90,8 @@ def theorem_conditions(gains: BacksteppingGains, model: Model) -> list[Condition
     position = zip(AXES, gains.gain_1, outer, strict=True)
     attitude = zip(ANGLES, gains.gain_2, strict=True)
     return [
-        *(Condition(f"K_r1 ({axis}) > m Lambda1", k, least, "Theorem 5.1") for axis, k, least in position),
-        *(Condition(f"K_r2 ({angle}) > J_M max(Lambda2)", k, inner, "Theorem 5.1") for angle, k in attitude),
+        *(Condition(f"K_r1 ({axis}) > m Lambda1", k, least, "Theorem 5.1", unit="N s/m") for axis, k, least in position),
+        *(Condition(f"K_r2 ({angle}) > J_M max(Lambda2)", k, inner, "Theorem 5.1", unit="N m s") for angle, k in attitude),
     ]
 
 
@@ -102,8 +102,8 @@ def coupling_condition(gains: BacksteppingGains, model: Model) -> Condition:
     l_2 = smallest(gains.slope_2)
     hover = model.mass * model.gravity
     room = 4.0 * l_2 * l_2 * maximum(0.0, k_1) * maximum(0.0, k_2)
-    text = "4 l_2^2 k_1 k_2 > (m g)^2: the coupling of both loops"
-    return Condition(text, room, hover * hover, "repaired theorem at hover", warned=False)
+    text = "4 l_2^2 k_1 k_2 > (m g)^2, with l_2 the least Lambda2, k_1 and k_2 the least margins of K_r1 and K_r2 above"
+    return Condition(text, room, hover * hover, "repaired theorem (at hover)", warned=False, unit="N^2")
 
 
 class PositionLoop(NamedTuple):

@@ -88,7 +88,7 @@ class Condition(NamedTuple):
     """A condition of the theory on the gains: left > right, or left >= right if `text` says so.
 
     text: in symbols, as "K_r1 (x) > m Lambda1". source: where it comes from. key: the mission's key, if it is not the symbol
-    on the left. warned: whether a violation gives a warning, and whether a search respects it.
+    on the left. warned: whether a violation gives a warning, and whether a search respects it. unit: of both sides.
     """
 
     text: str
@@ -97,6 +97,7 @@ class Condition(NamedTuple):
     source: str
     key: str = ""
     warned: bool = True
+    unit: str = ""
 
     @property
     def or_equal(self) -> bool:

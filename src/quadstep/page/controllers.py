@@ -156,7 +156,8 @@ def page_conditions(controller: Law, plan: FlightPlan, model: Model) -> tuple[Co
     for asked in controller.conditions(parameters.gains, model):
         with contextlib.suppress(UserError):
             left, right = (term(record, record.at(side)) for side in (asked.left, asked.right))
-            found.append(ConditionData(asked.text, left, right, asked.or_equal, asked.source, bool(controller.ordered)))
+            order = bool(controller.ordered)
+            found.append(ConditionData(asked.text, left, right, asked.or_equal, asked.source, order, asked.unit))
     return tuple(found)
 
 

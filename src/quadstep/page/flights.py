@@ -10,7 +10,7 @@ from quadstep.interfaces.closed_loop import Outcome, Ticks
 from quadstep.interfaces.log import LIMITS as LIMITS_PASSED
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.io.errors import UserError
-from quadstep.metrics.registry import SOUND, Metrics, at_rest_sentences, group, metric, rest_of
+from quadstep.metrics.registry import SOUND, Metrics, group, metric, rest_of
 from quadstep.metrics.verdict import RULES, Rule, graded
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
@@ -115,7 +115,8 @@ def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> Fli
         facts=facts(flown.metrics),
         summary=summary(flown),
         whyNot=why_not,
-        warnings=(*flown.warnings, *(one for one in at_rest_sentences(rest) if rest["grade"] != SOUND)),
+        warnings=flown.warnings,
+        margins="" if rest.get("grade") == SOUND else ", ".join(rest[key] for key in ("grade", "why") if key in rest),
         recorded=recorded(log, share) if why_not else None,
         controllers=live.controllers,
         controls=live.controls,

@@ -61,6 +61,7 @@ class ConditionData(NamedTuple):
     orEqual: bool  # noqa: N815 (the front end's names)
     source: str
     order: bool  # of two parameters, not of a theory
+    unit: str
 
 
 class ControllerData(NamedTuple):
@@ -205,6 +206,7 @@ class FlightData(NamedTuple):
     summary: Summary
     whyNot: str  # noqa: N815
     warnings: tuple[str, ...]
+    margins: str
     recorded: RecordedData | None
     controllers: tuple[ControllerData, ...]
     controls: tuple[Control, ...]

@@ -185,7 +185,7 @@ def of_limits(metrics: Metrics) -> list[markup.Fact]:
     elif "rotors" in metrics and metric(metrics, "rotors", "least[N]") < 0.0:
         ends = (units.number(metric(metrics, "rotors", f"{end}[N]")) for end in ("least", "largest"))
         more = "rotors cannot pull, but this vehicle does not limit them"
-        found.append(markup.Fact("thrust per rotor, not realisable", f"{' to '.join(ends)}\u00a0N", more))
+        found.append(markup.Fact("thrust per rotor (not physically possible)", f"{' to '.join(ends)}\u00a0N", more))
     return found
 
 
