@@ -10,8 +10,8 @@ import pytest
 
 from quadstep import read_mission
 from quadstep.engines.fly import fly
-from quadstep.mission.paths import CirclePath
 from quadstep.metrics.registry import AT_REST
+from quadstep.mission.paths import CirclePath
 from quadstep.page.build import flown_mission, fly_missions, missions_page
 from quadstep.page.serve import server
 from quadstep.page.story import OWN
