@@ -225,6 +225,14 @@ def test_a_loop_that_swings_about_a_rest_is_unstable_there_and_said_to_swing(tmp
     assert strict_json(tmp_path / "out" / "linear.json")["sentences"] == [unstable, swings, remedy]
 
 
+def test_a_loop_that_its_nets_make_fragile_is_said_to_be_sound_without_them():
+    mission = read_mission(EXAMPLES / "case1.toml")
+    assert quick_grade(mission)["why"] == "phase margin 29.4° in thrust (less than 30.0°); sound without its nets"
+    off = mission.controller.model_copy(update={"nets": mission.controller.table.model_copy(update={"enabled": False})})
+    assert grade(mission.model_copy(update={"controller": off})).word == SOUND
+    assert "without its nets" not in quick_grade(mission.model_copy(update={"controller": off}))["why"]
+
+
 def test_what_a_flight_of_an_unstable_loop_does_is_said():
     wild = hover({"type": "geometric", "k_Omega": 2000.0})
     said, (job,) = flown_from_rest(wild)

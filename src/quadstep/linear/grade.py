@@ -70,8 +70,10 @@ class Grade(NamedTuple):
         return at_rest_sentences({"grade": self.word, "why": self.why})[0]
 
 
-LEAST_ASIDE = 1e-3
-"""From how far on it is said that a loop rests elsewhere than where it should [m]."""
+LEAST_ASIDE, SAME = 1e-3, 1e-4
+"""From how far on it is said that a loop rests elsewhere than where it should [m]. Share by which margins of channels differ
+through rounding: of equal ones the first is named, on every machine.
+"""
 
 WORST_FIRST = UNSTABLE, NO_REST, UNKNOWN, FRAGILE, SOUND
 
@@ -97,19 +99,10 @@ def explained(analysis: Analysis, measures: Sequence[Measure]) -> str:
         for one in measures
         if not one.met
     ]
-    said = " and ".join(small) or ", ".join(f"{one.what} margin {one.text(one.value)}{where(one)}" for one in measures)
-    said = f"smallest {said}" if said and not small else said
+    every = [f"{one.what} margin {one.text(one.value)}{f' ({one.channel})' * math.isfinite(one.value)}" for one in measures]
+    said = " and ".join(small) or "smallest " * bool(every) + ", ".join(every)
     aside = f"it rests {quantity(analysis.aside, 'm')} from where the path begins" if analysis.aside >= LEAST_ASIDE else ""
     return "; ".join(filter(None, (said, aside, "events are ignored" * bool(analysis.eventful))))
-
-
-def where(one: Measure) -> str:
-    """The channel in brackets, of a margin that exists."""
-    return f" ({one.channel})" if math.isfinite(one.value) else ""
-
-
-SAME = 1e-4
-"""Share by which margins of channels differ through rounding: of equal ones the first is named, on every machine."""
 
 
 def least_of(analysis: Analysis) -> tuple[Measure, ...]:
@@ -256,18 +249,23 @@ MOST_STATES, MOST_TICKS = 160, 50
 
 
 def quick_grade(mission: Mission) -> Mapping[str, str]:
-    """The "grade" and "why" of a mission's loop at rest where its path begins; empty where `quadstep linear` has to be asked:
-    the loop is large, has other slopes on other sides of rest, or has no equations.
+    """The "grade" and "why" of a mission's loop at rest where its path begins, and whether its nets are why; empty where
+    `quadstep linear` has to be asked: the loop is large, has other slopes on other sides of rest, or has no equations.
     """
     law = mission.controller.controller
     if issubclass(law, Opaque) or law.one_at_a_time:
         return {}
     try:
         plans = of_even_rotors(hovering(mission))
-        found = cached("grade", mission, plans, lambda: at_once(mission, [Loops(plan) for plan in plans]))
+        made = cached("grade", mission, plans, lambda: at_once(mission, [Loops(plan) for plan in plans]))
     except Exception:
         return {}
-    return cast("Mapping[str, str]", found)
+    found = cast("dict[str, str]", made)
+    if found.get("grade") == FRAGILE and (nets := mission.controller.table) and nets.enabled:
+        off = mission.controller.model_copy(update={"nets": nets.model_copy(update={"enabled": False})})
+        bare = quick_grade(mission.model_copy(update={"controller": off})).get("grade")
+        found["why"] += "; sound without its nets" * (bare == SOUND)
+    return found
 
 
 def whole_grade(mission: Mission) -> Grade:
