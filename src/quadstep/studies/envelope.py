@@ -52,6 +52,7 @@ class Map(Study[Envelope]):
         seen = {int(envelope.cells.shown.flat[cell]): int(envelope.cells.successes.flat[cell]) for cell in cells}
         again = zip(seen.items(), flown_again(self.campaign, [*seen]), strict=True)
         found = {flight: self.named(one, flight, successes) for (flight, successes), one in again}
+        envelope = envelope._replace(grades=[one.grade for one in found.values() if one.drawable])
         drawn = colours(envelope.cells)
         places = {flight: self.place(cell, drawn[cell]) for flight, cell in zip(seen, cells, strict=True)}
         said = [*coloured_by(envelope.cells), *[MARKED] * (self.asked.flights > 1 and not all(drawn))]

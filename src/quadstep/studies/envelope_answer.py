@@ -1,13 +1,15 @@
 """What a map of an envelope shows, in sentences: how much of it can be flown, where, and how well."""
 
 import itertools
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.metrics.statistics import share
+from quadstep.metrics.verdict import FlightGrade, Graded
 from quadstep.mission.fields import words
 from quadstep.report import units
 from quadstep.studies.campaign.summary import as_sentence
@@ -32,33 +34,57 @@ class MapPanel(NamedTuple):
 
 
 class Envelope(NamedTuple):
+    """A map. grades: of the flights that are shown."""
+
     asked: Request
     cells: Cells
     panels: list[MapPanel]
+    grades: Sequence[Graded] = ()
 
 
 def answer(envelope: Envelope) -> str:
     """In how much of the map enough flights succeed and where, in a sentence; what that means, and how sure it is."""
     asked, cells, flyable = envelope.asked, envelope.panels[0].cells, envelope.cells.flyable
-    several = asked.flights > 1
+    several, limited = asked.flights > 1, bool(asked.campaign.file.failure)
     over = f"combinations of {words(asked.x.key)} and {words(asked.y.key)}"
     names = [f" with {one.name}" if one.name else "" for one in envelope.panels]
+    did, can = ("succeeded", "can be flown") if limited else ("reached the end", "reach the end")
     if asked.cells == 1:
         said = f"With {asked.x.in_words(asked.x.values[0])} and {asked.y.in_words(asked.y.values[0])}{names[0]}, "
-        said += f"{int(envelope.cells.successes.sum())} of {asked.flights} flights succeeded"
+        said += f"{int(envelope.cells.successes.sum())} of {asked.flights} flights {did}"
     elif not flyable.any():
         over = f"the {cells} {over}"
-        did = f"In none of {over} did {enough(asked)} flights succeed" if several else f"None of {over} can be flown"
-        said = f"{did}{units.listed(names)}{best(envelope)}"
+        none = f"In none of {over} did {enough(asked)} flights {DO[did]}" if several else f"None of {over} {can}"
+        said = f"{none}{units.listed(names)}{best(envelope, DO[did])}"
     else:
         counts = [f"{'all' if flyable.all() else f'{one.flyable} of'} {cells}" for one in envelope.panels]
-        parts = [f"{counts[0]} {over}{' can be flown' * (not several)}{names[0]}"]
+        parts = [f"{counts[0]} {over}{f' {can}' * (not several)}{names[0]}"]
         parts += [f"{count}{name}" for count, name in zip(counts[1:], names[1:], strict=True)]
-        did = f"all {asked.flights}" if (envelope.cells.share[flyable] == 1.0).all() else enough(asked)
-        said = f"In {units.listed(parts)}, {did} flights succeeded" if several else ", ".join(parts)
-        said += ": the map shows no limit" if flyable.all() else borders(envelope)
-    more = f"{how_sure(envelope)}{as_sentence(asked.campaign.meaning)}{either_way(envelope)}{idle(envelope)}"
+        many = f"all {asked.flights}" if (envelope.cells.share[flyable] == 1.0).all() else enough(asked)
+        said = f"In {units.listed(parts)}, {many} flights {did}" if several else ", ".join(parts)
+        said += ": the map shows no limit" * limited if flyable.all() else borders(envelope)
+    judged = "; ".join(asked.campaign.judged[not limited :])
+    meant = as_sentence(f" ({judged})" * bool(judged))
+    more = f"{as_asked(envelope)}{how_sure(envelope)}{meant}{either_way(envelope)}{idle(envelope)}"
     return f"{said[0].upper()}{said[1:]}.{more}"
+
+
+DO = {"succeeded": "succeed", "reached the end": "reach the end"}
+
+
+def as_asked(envelope: Envelope) -> str:
+    """How many of the flights shown that reach the end are as asked, and what the others lack, in a sentence after a blank;
+    nothing where all are, or where the user set limits.
+    """
+    ended = [one for one in envelope.grades if one.grade is not FlightGrade.LOST]
+    good = sum(one.grade is FlightGrade.AS_ASKED for one in ended)
+    if good == len(ended) or envelope.asked.campaign.file.failure:
+        return ""
+    lack = Counter(label for one in ended for label in one.labels).most_common(2)
+    shown = f"{len(ended)} flights shown{' that reach the end' * (len(ended) < len(envelope.grades))}"
+    bad = len(ended) - good
+    said = f"{bad} of the {shown} {'is' if bad == 1 else 'are'} not as asked" if good else f"None of the {shown} is as asked"
+    return f" {said}: {units.listed([f'{label} in {count}' for label, count in lack])}."
 
 
 def how_sure(envelope: Envelope) -> str:
@@ -82,7 +108,7 @@ def how_sure(envelope: Envelope) -> str:
     return f" {asked.flights} flights are too few {units.listed(told, 'or')}." if told else ""
 
 
-def best(envelope: Envelope) -> str:
+def best(envelope: Envelope, do: str) -> str:
     """Where most flights succeed, and how many, in a clause after a semicolon; nothing of one flight each."""
     asked, successes = envelope.asked, envelope.cells.successes
     most = int(successes.max())
@@ -91,7 +117,7 @@ def best(envelope: Envelope) -> str:
     where = zip((asked.by, asked.y, asked.x), np.argwhere(successes == most)[0], strict=True)
     at = units.listed([axis.in_words(axis.values[place]) for axis, place in where if axis][::-1])
     such = "the best" if (successes == most).sum() == 1 else "one of the best"
-    return f"; in {such}, {at}, {most} of {asked.flights} flights succeed"
+    return f"; in {such}, {at}, {most} of {asked.flights} flights {do}"
 
 
 def either_way(envelope: Envelope) -> str:
@@ -105,7 +131,8 @@ def either_way(envelope: Envelope) -> str:
         return ""
     count, name = max(smaller), envelope.panels[smaller[1] > smaller[0]].name
     what = f"{'median ' if envelope.asked.flights > 1 else ''}position RMSE"
-    where = f"Where {'enough succeed with both' if envelope.asked.flights > 1 else 'both can be flown'}"
+    both_fly = "both can be flown" if envelope.asked.campaign.file.failure else "both reach the end"
+    where = f"Where {'enough succeed with both' if envelope.asked.flights > 1 else both_fly}"
     shared = f"{where} ({units.counted(int(both.sum()), 'combination')})"
     larger, less = (second, first) if smaller[0] > smaller[1] else (first, second)
     many, middle = "all" if count == both.sum() else count, float(np.median(larger / np.maximum(less, LEAST)))

@@ -186,7 +186,12 @@ class Campaign(NamedTuple):
 
     @property
     def meaning(self) -> str:
-        """How a flight is judged, in brackets after a blank: by which limits, and what is less, or later, than one expects."""
+        """How a flight is judged, in brackets after a blank."""
+        return f" ({'; '.join(self.judged)})"
+
+    @property
+    def judged(self) -> list[str]:
+        """By which limits a flight is judged, or that there is none, and what is less, or later, than one expects."""
         limits, mission = self.limits(), self.mission
         if ERRORS & self.file.failure.keys():
             said = [f"{'limit' if len(limits) == 1 else 'limits'}: {listed(limits)}"]
@@ -197,7 +202,7 @@ class Campaign(NamedTuple):
         if (lasts := mission.simulation.duration) and not {"simulation", "simulation.duration"} & {*self.file.keys}:
             elsewhere = any(key.startswith("path") for key in self.file.keys)
             said += [f"no flight lasts longer than {lasts:g} s, however long its path" if elsewhere else mission.cut]
-        return f" ({'; '.join(filter(None, said))})".replace("\N{NO-BREAK SPACE}", " ")
+        return [one.replace("\N{NO-BREAK SPACE}", " ") for one in said if one]
 
     @property
     def mission(self) -> Mission:
