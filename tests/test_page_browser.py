@@ -763,6 +763,22 @@ def test_a_file_that_is_served_flies_but_cannot_read_the_list(browsers, brief_fi
     assert count > 100 and errors == []
 
 
+@pytest.mark.slow
+def test_a_flight_that_is_kept_is_in_the_scene_too(open_page):
+    page = open_page(webgl=True)
+    page.evaluate("quadstep.setControl('t_f', 8)")
+    page.click("#keep")
+    page.evaluate("quadstep.setControl('t_f', 12)")
+    page.evaluate("quadstep.pause()")
+    page.evaluate("quadstep.seek(5)")
+    assert "kept" in page.locator("#legend").inner_text()
+    assert until(page, lambda: picture(page, "#scene").std() > 0.02)
+    both = picture(page, "#scene")
+    page.click("#keep")
+    assert "kept" not in page.locator("#legend").inner_text()
+    assert until(page, lambda: (np.abs(both - picture(page, "#scene")).max(axis=2) > 0.1).sum() > 100)
+
+
 def test_a_link_lays_a_flight_behind_those_that_are_shown(open_page):
     page = open_page("#keep=stress")
     names = page.evaluate("quadstep.flights()")

@@ -610,9 +610,51 @@ def test_of_two_flights_of_one_path_the_errors_are_drawn_over_time_and_their_loo
     assert rows[0] == ("controller", "geometric", "lqr"), "whatever the flights are called"
     assert rows[1:] == [("loop at rest", "sound", "fragile"), ("its margins", "sound, as it is", "fragile, as it is")]
     assert "“near_d” is the closer one 100 % of the time." in text
+    assert 'font-family: "Inter"' in answer(tmp_path, "/thumbs?a=near_d&b=far").text, "as the page around it"
+    for name in ("near_d", "far"):
+        content = json.loads((tmp_path / name / "metrics.json").read_text())
+        (tmp_path / name / "metrics.json").write_text(json.dumps({**content, "name": f"{name}: {'a long name ' * 8}"}))
+    (told,) = (
+        json.loads(unescape(one))
+        for one in re.findall(r'data-axes="([^"]*)"', answer(tmp_path, "/compare?a=near_d&b=far").text)
+    )
+    assert [one["name"] for one in told[0]["curves"]] == [
+        "“near_d: a long name a long name a…”",
+        "“far: a long name a long name a lo…”",
+    ]
     cards = answer(tmp_path, "/").text
     assert '<b class="fair"><span aria-hidden="true">!</span> fragile</b>' in cards
     assert "flew 1\u00a0s under geometric; " in cards and "flew 1\u00a0s under lqr; " in cards
+
+
+@pytest.mark.parametrize("loops", [("sound", "fragile"), ("fragile", "sound"), ("unstable", "fragile")])
+def test_the_closer_one_s_bad_loop_is_said_and_marked(tmp_path, loops):
+    for name, rmse, loop in zip("ab", (0.01, 0.07), loops, strict=True):
+        numbers = {"outcome": "completed", "ended[s]": 1.0, "grade": "flew, but", "position_rmse[m]": rmse}
+        spoilt(tmp_path / name, name=name, **numbers, mission={"controller": {"type": "lqr"}}, **{AT_REST: {"grade": loop}})
+    text = answer(tmp_path, "/compare?a=a&b=b").text
+    (said,) = re.findall(r'class="answer">(.*?)</p>', text)
+    assert said.endswith({"sound": "over the whole flight."}.get(loops[0], f"flight, but its loop is {loops[0]} at rest."))
+    marks = {
+        "sound": "controller: lqr",
+        "fragile": "controller: lqr, ! fragile",
+        "unstable": "controller: lqr, ! unstable at rest",
+    }
+    assert re.findall(r"<small>(.*?)</small>", text) == [marks[one] for one in loops]
+    assert re.search("<td>grade</td>(<td[^>]*>flew, but not as asked</td>){2}", text)
+
+
+def test_of_a_lost_flight_on_another_path_the_path_comes_first(tmp_path):
+    spoilt(tmp_path / "a", name="a", **{"outcome": "crashed", "ended[s]": 1.0, "mission": {"path": {"type": "step"}}})
+    spoilt(tmp_path / "b", name="b", **{"outcome": "completed", "ended[s]": 5.0, "mission": {}})
+    assert "“a” and “b” fly different paths, so " in answer(tmp_path, "/compare?a=a&b=b").text
+
+
+def test_a_campaign_of_a_fragile_loop_has_its_mark(tmp_path):
+    (tmp_path / "one").mkdir()
+    (tmp_path / "one" / "report.html").write_text("<title>One</title>")
+    (tmp_path / "one" / "campaign.json").write_text(json.dumps({"summary": {AT_REST: {"grade": "fragile"}}}))
+    assert '<b class="fair"><span aria-hidden="true">!</span> fragile</b>' in answer(tmp_path, "/").text
 
 
 @pytest.mark.parametrize(("since", "said"), [(0.0, "30 % of the time."), (0.5, "60 % of the time from 0.5 s on.")])

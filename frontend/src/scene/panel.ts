@@ -1,6 +1,7 @@
 // The scene on the page: canvas, camera switch, legend, and a sentence where there is no WebGL.
 
 import type { Inputs } from "../data/engine";
+import type { Flight } from "../data/flight";
 import { pathOfLog } from "../logs/log";
 import type { Session, Shown } from "../session";
 import type { Clock } from "../view/clock";
@@ -51,6 +52,7 @@ function viewOf(canvas: HTMLCanvasElement): SceneView | undefined {
 export class ScenePanel {
   private flight = "";
   private logged = false; // whether a log has a path
+  private behind: Flight | undefined; // that is kept, where there is no ghost
 
   constructor(
     readonly view: SceneView,
@@ -67,14 +69,18 @@ export class ScenePanel {
       for (const button of byId("camera").querySelectorAll("button")) button.setAttribute("aria-pressed", String(button.value === now));
     });
     view.caption.watch((caption) => captionOf(caption));
-    session.shown.watch((shown) => shown && this.show(shown));
+    const show = (): void => {
+      if (session.shown.value) this.show(session.shown.value, session.kept.value);
+    };
+    session.shown.watch(show);
+    session.kept.follow(show);
     session.log.watch((log) => {
       const path = log && pathOfLog(log);
       this.logged = path !== undefined;
       view.showLog(path);
-      if (session.shown.value) legend(session.shown.value, palette.value, this.logged);
+      if (session.shown.value) this.legend(session.shown.value);
     });
-    palette.follow((colours) => session.shown.value && legend(session.shown.value, colours, this.logged));
+    palette.follow(() => session.shown.value && this.legend(session.shown.value));
     clock.time.watch((t) => view.setTime(t));
     document.documentElement.dataset["scene"] = "yes";
   }
@@ -83,11 +89,16 @@ export class ScenePanel {
     this.view.look(this.view.view.value === "orbit" ? "follow" : "orbit");
   }
 
-  private show(shown: Shown): void {
+  private show(shown: Shown, kept: Flight | undefined): void {
     const { data, flight, ghost, given } = shown;
-    this.view.show(data.scene, flight, ghost, (name) => parameter(given, name), this.flight === data.id);
+    this.behind = !ghost && kept !== flight && kept?.has(...data.scene.position, ...data.scene.attitude.columns) ? kept : undefined;
+    this.view.show(data.scene, flight, ghost ?? this.behind, (name) => parameter(given, name), this.flight === data.id);
     this.flight = data.id;
-    legend(shown, palette.value, this.logged);
+    this.legend(shown);
+  }
+
+  private legend(shown: Shown): void {
+    legend(shown, this.behind ? "kept" : shown.ghost && "ghost", palette.value, this.logged);
   }
 }
 
@@ -95,8 +106,8 @@ function parameter(given: Inputs | undefined, name: string): number {
   return given?.parameters[given.names.get(name) ?? -1] ?? Number.NaN;
 }
 
-/** What the colours mean. logged: whether the path of a log is drawn. */
-function legend({ data, ghost, flight, given }: Shown, colours: Palette, logged: boolean): void {
+/** What the colours mean. behind: what is drawn as a ghost. logged: whether the path of a log is drawn. */
+function legend({ data, flight, given }: Shown, behind: string | undefined, colours: Palette, logged: boolean): void {
   const entry = (colour: string, width: number, dash: number[], text: string, opacity = 1): HTMLElement => {
     const mark = swatch(colour, dash, width);
     mark.style.opacity = String(opacity);
@@ -105,7 +116,7 @@ function legend({ data, ghost, flight, given }: Shown, colours: Palette, logged:
   const entries = [
     entry(colours.blue, 5, [], "desired", 0.32),
     entry(colours.blue, 2.4, [], "flown"),
-    ghost ? entry(colours.vermillion, 2.2, [4, 3], "ghost") : null,
+    behind ? entry(colours.vermillion, 2.2, [4, 3], behind) : null,
     logged ? entry(colours.pink, 2, [2, 2.5], "file") : null,
     data.scene.thrust && flight.has(data.scene.thrust) ? entry(colours.orange, 3, [], "thrust") : null,
     ...data.scene.arrows.map((arrow) => {

@@ -20,7 +20,7 @@ from quadstep.metrics.verdict import FlightGrade, scalars
 from quadstep.mission import fields
 from quadstep.mission.air import in_words
 from quadstep.mission.sensing import SensorsSection
-from quadstep.page.cards import best, picture
+from quadstep.page.cards import MARKS, best, picture
 from quadstep.page.folder import (
     REPORT,
     ResultFolder,
@@ -45,6 +45,9 @@ MOST_ROWS = 400
 ONE_AT_A_TIME = threading.Lock()
 """Held while Matplotlib draws, whose settings belong to all requests."""
 
+LONGEST = 36
+"""Letters of a name in a legend."""
+
 RMSE = "position_rmse[m]"
 
 STYLE = """<style>
@@ -52,8 +55,10 @@ STYLE = """<style>
 .two figure { margin: 0; }
 .two img { width: 100%; max-width: 100%; max-height: 20rem; object-fit: contain; }
 .two img[src^="/thumb"], .two img[src^="/panel"] { background: none; }
-.two i { display: inline-block; width: 26px; border-top: 3px solid; margin: 0 6px 4px 0; } .two a + i { margin-left: 18px; }
+.two i { display: inline-block; width: 26px; border-top: 3px solid; margin: 0 6px 4px 0; }
+.two a + i, .two span i { margin-left: 18px; }
 .two i.orange { border-top-style: dashed; } .two i.band { border-width: 8px; opacity: .26; margin-bottom: 2px; }
+.two span { white-space: nowrap; }
 </style>"""
 
 
@@ -78,15 +83,11 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     told = [] if keys else reported(*results)
     rows += told
     errors = [
-        markup.Fact(f"{name}: position RMSE", units.quantity(one.rmse, "m"), flew and f"controller: {flew}")
-        for name, one, flew in zip(names, results, map(controller, contents), strict=True) if one.rmse is not None
+        markup.Fact(f"{name}: position RMSE", units.quantity(one.rmse, "m"), flown_by(content))
+        for name, one, content in zip(names, results, contents, strict=True) if one.rmse is not None
     ]  # fmt: skip
     shown = "the answers and first numbers of their reports" if told else "their numbers" * bool(rows)
-    body = [
-        markup.summary(
-            unlike or conditions(*contents) + answer(quoted, first, second, shown, scored_from(contents[0])), errors
-        )
-    ]
+    body = [markup.summary(unlike or conditions(*contents) + answer(quoted, *contents, shown), errors)]
     places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
     pages = [f'<a href="{escape(best(one))}">{escape(name)}</a>' for one, name in zip(results, names, strict=True)]
     if flights and not (things := different(*contents)):
@@ -95,7 +96,8 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         key = "".join(
             f'<i class="{one}" style="color: var(--{one})"></i>{page}' for one, page in zip(COLOURS, pages, strict=True)
         )
-        shown = f'<img alt="" src="/thumbs?{escape(places)}"><figcaption>{key}<i class="band"></i>desired path</figcaption>'
+        key += '<span><i class="band"></i>desired path</span>'
+        shown = f'<img alt="" src="/thumbs?{escape(places)}"><figcaption>{key}</figcaption>'
         body.append(f'<div class="two"><figure>{shown}</figure></div>')
         with suppress(UserError):  # a log that cannot be read, or drawn
             body.append(errors_figure(quoted, contents, [root / one.place for one in results]))
@@ -133,7 +135,7 @@ def grades(*contents: Metrics) -> list[list[str]]:
     rest = [section(one, AT_REST) for one in contents]
     rows = [
         ["controller", *map(controller, contents)],
-        ["grade", *map(grade, contents)],
+        ["grade", *(MARKS[found][2] if (found := grade(one)) in MARKS else found for one in contents)],
         ["loop at rest", *map(loop_grade, contents)],
         ["its margins", *(str(one.get("why", "")) for one in rest)],
     ]
@@ -143,14 +145,15 @@ def grades(*contents: Metrics) -> list[list[str]]:
 def errors_figure(names: list[str], contents: Sequence[Metrics], folders: Sequence[Path]) -> str:
     """How far two flights are from their path over time, drawn upon each other. Raises UserError."""
     times, lines = list[NDArray[np.float64]](), dict[str, NDArray[np.float64]]()
-    for name, content, folder in zip(names, contents, folders, strict=True):
+    short = [name if len(name) <= LONGEST else f"{name[: LONGEST - 2]}…”" for name in names]
+    for name, content, folder in zip(short if len({*short}) == 2 else names, contents, folders, strict=True):
         log = read_log(folder / "flight.csv", outcome(content), 0.0)
         if not {"x_d", "y_d", "z_d"} <= log.columns.keys() or len(log.rows) < 2:
             raise UserError(f"{folder}: its log has no path")
         times.append(log.column("t"))
         lines[name] = np.linalg.norm(position_errors(log), axis=1)
     t = max(times, key=lambda one: float(one[-1]))
-    lines = {name: np.interp(t[t <= own[-1]], own, lines[name]) for name, own in zip(names, times, strict=True)}
+    lines = {name: np.interp(t[t <= own[-1]], own, line) for (name, line), own in zip(lines.items(), times, strict=True)}
     lost = FlightGrade.LOST in map(grade, contents)  # whose error would leave the other flat on the axis
     said = f"Distance from the path over time{', on a logarithmic scale' if lost else ''}."
     since, shared = max(map(scored_from, contents)), min(map(len, lines.values()))
@@ -169,15 +172,15 @@ def why_incomparable(names: list[str], first: Metrics, second: Metrics) -> str:
     """Why the errors of two flights say nothing of which is better; empty where they may be compared."""
     if not all("outcome" in one for one in (first, second)):
         return ""
+    things = different(first, second)
     lost = [name for name, one in zip(names, (first, second), strict=True) if one.get("outcome", "completed") != "completed"]
-    if lost:
-        return f"{' and '.join(lost)} {'was' if len(lost) == 1 else 'were'} lost, so the errors are not compared."
     starts = scored_from(first), scored_from(second)
-    if starts[0] != starts[1]:
+    if lost and not things:
+        return f"{' and '.join(lost)} {'was' if len(lost) == 1 else 'were'} lost, so the errors are not compared."
+    if starts[0] != starts[1] and not things:
         counted = " and ".join(f"those of {name} count from {since:g} s on" for name, since in zip(names, starts, strict=True))
         return f"Their errors do not say which is better: {counted}."
-    things = different(first, second)
-    if first.get("ended[s]") != second.get("ended[s]") and "paths" not in things:
+    if first.get("ended[s]") != second.get("ended[s]") and "paths" not in things and not lost:
         things = f"{things} and durations" if things else "durations"
     return f"{names[0]} and {names[1]} fly different {things}, so their errors do not say which is better." if things else ""
 
@@ -234,9 +237,21 @@ def reported(*results: ResultFolder) -> list[list[str]]:
     return [[what, *(one.get(what, "–") for one in told)] for what in dict.fromkeys(name for one in told for name in one)]
 
 
-def answer(names: list[str], first: dict[str, float], second: dict[str, float], shown: str, since: float) -> str:
-    """Which is closer to its path, as far as known. shown: what is compared where it is not; since: errors count [s]."""
-    errors = [one.get(RMSE) for one in (first, second)]
+def flown_by(content: Metrics) -> str:
+    """The controller of a flight, and what speaks against its loop."""
+    _, sign, bad = MARKS.get(bad_loop(content), ("", "", ""))
+    flew = controller(content)
+    return ", ".join(filter(None, (flew and f"controller: {flew}", f"{sign} {bad}".strip())))
+
+
+def bad_loop(content: Metrics) -> str:
+    """The grade of a flight's loop at rest if it is a bad one."""
+    return "" if MARKS.get(loop := loop_grade(content), ("good",))[0] == "good" else loop
+
+
+def answer(names: list[str], first: Metrics, second: Metrics, shown: str) -> str:
+    """Which is closer to its path, as far as known, and whether its loop is bad. shown: what is compared where it is not."""
+    errors, since = [numbers(one).get(RMSE) for one in (first, second)], scored_from(first)
     if errors[0] is None or errors[1] is None:
         left = f"are not ranked: below are {shown}, side by side" if shown else "have no numbers to compare"
         return f"{names[0]} and {names[1]} {left}."
@@ -246,7 +261,8 @@ def answer(names: list[str], first: dict[str, float], second: dict[str, float], 
     ratio = errors[far] / errors[near] if errors[near] else math.inf  # type: ignore[operator]
     times = f"{units.number(ratio, 2)} times closer" if math.isfinite(ratio) else "closer"
     over = f"from {since:g} s on" if since else "over the whole flight"
-    return f"{names[near]} is {times} to its path than {names[far]}, by position RMSE {over}."
+    but = f", but its loop is {loop} at rest" if (loop := bad_loop((first, second)[near])) else ""
+    return f"{names[near]} is {times} to its path than {names[far]}, by position RMSE {over}{but}."
 
 
 def value(one: float, unit: str, largest: float) -> str:

@@ -145,7 +145,8 @@ def results_in(root: Path, folder: Path) -> list[ResultFolder]:
     known_rmse = float(rmse) if isinstance(rmse, int | float) and 0.0 <= rmse < LARGEST_NUMBER else None
     whole = ResultFolder(
         place, title, ending_text(content) or begins.answer, max(found[name] for name in shown),
-        tuple(shown), kind, picture(folder, found), known_rmse, grade(content), begins.facts, loop_grade(content),
+        tuple(shown), kind, picture(folder, found), known_rmse, grade(content), begins.facts,
+        loop_grade(content or section(manifest(folder, "campaign.json"), "summary")),
     )  # fmt: skip
     return [whole, *alone]
 
@@ -223,10 +224,10 @@ def plain_text(markup: str) -> str:
     return unescape(TAG.sub("", markup.replace("<sub>", "_")))
 
 
-def manifest(folder: Path) -> dict[str, Any]:
+def manifest(folder: Path, name: str = MANIFEST) -> dict[str, Any]:
     """The content of metrics.json; empty where it is not there or something else. Links are not followed."""
     with contextlib.suppress(UserError):
-        content = read_json(folder / MANIFEST, links=False)
+        content = read_json(folder / name, links=False)
         return content if isinstance(content, dict) else {}
     return {}
 

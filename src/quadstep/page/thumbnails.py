@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from quadstep.io.files import LONGEST_LINE
 from quadstep.report import colours
+from quadstep.report.markup import TEXT, face
 
 ROWS = 240
 """Of a log that are drawn."""
@@ -48,23 +49,23 @@ def thumbnail(*flights: tuple[io.BufferedReader, bool]) -> str:
         end = f"M{x - 6:.1f} {y - 6:.1f}l12 12m0-12l-12 12" if lost else f"M{x:.1f} {y:.1f}h0"
         stroke = 'stroke="var(--bad)" stroke-width="3"' if lost else f'stroke="var(--{colour})" stroke-width="6"'
         lines += [line(path, f'stroke="var(--{colour})" {dashes}stroke-width="1.6"'), f'<path d="{end}" {stroke}/>']
-    letters = 13 if len(flights) == 1 else 8  # two are drawn twice as large
+    letters, fonts = (13, "") if len(flights) == 1 else (6, face(TEXT))  # two are drawn twice as large, beside the page's text
     said = f"from {'above' if up == 1 else 'the side'}: {span[0]:.2g} m in {'xyz'[across]}, {span[1]:.2g} m in {'xyz'[up]}"
     caption = f'<text x="{WIDE - 4:g}" y="{HIGH - 5:g}" text-anchor="end" {written(letters)}>{said}</text>'
-    return stamped(f'<g fill="none" stroke-linecap="round" stroke-linejoin="round">{"".join(lines)}</g>{caption}')
+    return stamped(f'<g fill="none" stroke-linecap="round" stroke-linejoin="round">{"".join(lines)}</g>{caption}', fonts)
 
 
-def stamped(content: str) -> str:
-    """Markup as an SVG of the size of a card's picture."""
+def stamped(content: str, fonts: str = "") -> str:
+    """Markup as an SVG of the size of a card's picture. fonts: as CSS."""
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 {WIDE:g} {HIGH:g}">'
     )
-    return f"{head}<style>{colours.STYLE}{PLOT}</style>{content}</svg>"
+    return f"{head}<style>{colours.STYLE}{PLOT}{fonts}</style>{content}</svg>"
 
 
 def written(letters: int) -> str:
     """Attributes of text [px]."""
-    return f'font-family="sans-serif" font-size="{letters}" fill="var(--muted)"'
+    return f'font-family="{TEXT}, sans-serif" font-size="{letters}" fill="var(--muted)"'
 
 
 PLOT = (

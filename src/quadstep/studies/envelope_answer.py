@@ -65,15 +65,15 @@ def answer(envelope: Envelope) -> str:
         said += ": the map shows no limit" * limited if flyable.all() else borders(envelope)
     judged = "; ".join(asked.campaign.judged[not limited :])
     meant = as_sentence(f" ({judged})" * bool(judged))
-    more = f"{as_asked(envelope)}{how_sure(envelope)}{meant}{either_way(envelope)}{idle(envelope)}"
-    return f"{said[0].upper()}{said[1:]}.{more}"
+    more = f"{how_sure(envelope)}{meant}{either_way(envelope)}{idle(envelope)}"
+    return f"{said[0].upper()}{said[1:]}{as_asked(envelope)}.{more}"
 
 
 DO = {"succeeded": "succeed", "reached the end": "reach the end"}
 
 
 def as_asked(envelope: Envelope) -> str:
-    """How many of the flights shown that reach the end are as asked, and what the others lack, in a sentence after a blank;
+    """How many of the flights shown that reach the end are as asked, and what the others lack, in a clause after a semicolon;
     nothing where all are, or where the user set limits.
     """
     ended = [one for one in envelope.grades if one.grade is not FlightGrade.LOST]
@@ -83,8 +83,8 @@ def as_asked(envelope: Envelope) -> str:
     lack = Counter(label for one in ended for label in one.labels).most_common(2)
     shown = f"{len(ended)} flights shown{' that reach the end' * (len(ended) < len(envelope.grades))}"
     bad = len(ended) - good
-    said = f"{bad} of the {shown} {'is' if bad == 1 else 'are'} not as asked" if good else f"None of the {shown} is as asked"
-    return f" {said}: {units.listed([f'{label} in {count}' for label, count in lack])}."
+    said = f"{bad} of the {shown} {'is' if bad == 1 else 'are'} not as asked" if good else f"none of the {shown} is as asked"
+    return f"; {said}: {units.listed([f'{label} in {count}' for label, count in lack])}."
 
 
 def how_sure(envelope: Envelope) -> str:
