@@ -54,7 +54,7 @@ def test_the_counts_that_are_told_are_those_of_the_flights():
             if "success rate" not in one:
                 continue
             within = {"o": np.ones(2000, bool), "n": nets == 0, "f": nets == 1}
-            part = within["f" if ", at least with nets off:" in one else "n" if ", at least with nets on:" in one else "o"]
+            part = within["f" if one.startswith("With nets off, ") else "n" if one.startswith("With nets on, ") else "o"]
             key = re.search("varies with ([a-z ]+)[,:]", one)[1]
             told = re.findall(PART, one)
             shares = [float(rate[:-2]) for rate, *_ in told]
@@ -65,7 +65,11 @@ def test_the_counts_that_are_told_are_those_of_the_flights():
                 )
                 count = (part & where).sum()
                 assert (rate, int(size)) == (units.percent(1.0 - (failed & part & where).sum() / count), count), one
-            seen.add((key, "at least with" in one))
+            fails = [100.0 - one for one in shares]
+            assert key == "nets" or fails[0] >= 1.4 * fails[-1] or fails[0] >= 9.9 + fails[-1], (
+                "what hardly matters is not told"
+            )
+            seen.add((key, one.startswith("With ")))
     assert seen == {("mean wind along x", False), ("nets", False), ("vehicle mass", True)}
 
 

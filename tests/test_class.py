@@ -131,6 +131,8 @@ def test_a_class_may_ask_for_a_loop_at_rest(tmp_path, asked, ranked, words):
         ada.attempts = []
         ada.counts("", SubmissionResult("", "as asked", {ada.metric: 0.01}, {"grade": word} if word else {}))
         assert ada.ranked == (word in ranked) == bool(room.board()), word
+        said = f"Attempt {ada.latest.number}: 10.0\u00a0mm, not ranked: the loop is {word or 'not known'}."
+        assert (said in student_page(room, ada)) == (word not in ranked), word
         ada.counts("", SubmissionResult("", "as asked", {ada.metric: 0.03}, {"grade": "sound", "why": "all margins"}))
         assert ada.ranked and ada.value == (0.01 if word in ranked else 0.03)
     text = student_page(room, ada)
@@ -684,7 +686,7 @@ def test_the_task_s_wind_is_none_only_where_the_air_rests():
         built, said = WindSection(**wind).build(), in_words(wind)
         rests = not (any(built.mean) or any(built.swing) or any(built.gust) or built.turbulence.wind_20)
         assert (said == "none") == rests
-        assert said.startswith("4\xa0m/s" if mean else "none" if rests else "no mean wind with ")
+        assert said.startswith("4\xa0m/s" if mean else "none" if rests else "no mean wind; ")
         assert ("a swing of 2\xa0m/s" in said, "a gust of 3\xa0m/s" in said) == (swing > 0.0, gust > 0.0)
-        assert f"turbulence, {built.turbulence.wind_20:.3g}\xa0m/s at 20\xa0ft" in said or not built.turbulence.wind_20
+        assert f"turbulence as for {built.turbulence.wind_20:.3g}\xa0m/s at 20\xa0ft" in said or not built.turbulence.wind_20
     assert in_words({"type": "wind.py:Own"}) == "“wind.py:Own”"

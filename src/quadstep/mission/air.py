@@ -123,15 +123,15 @@ else:
 
 
 def in_words(wind: Mapping[str, object]) -> str:
-    """A [wind] as a file has it, such as "5 m/s with a gust of 2 m/s and turbulence, 6 m/s at 20 ft"."""
+    """A [wind] as a file has it, such as "5 m/s with a gust of 2 m/s and turbulence as for 6 m/s at 20 ft"."""
     tables = [one if isinstance(one := wind.get(key), dict) else {} for key in ("gust", "turbulence")]
     strength = INTENSITIES.get(str(tables[1].get("intensity")), tables[1].get("wind_20"))
     mean, swing, gust, at_20 = map(speed, (wind.get("mean"), wind.get("swing"), tables[0].get("velocity"), [strength]))
     if "type" in wind:
         return f"“{wind['type']}”"
     changes = [f"a swing of {swing}"] * bool(swing) + [f"a gust of {gust}"] * bool(gust)
-    changes += [f"turbulence, {at_20} at 20\u00a0ft"] * bool(at_20)
-    return f"{mean or 'no mean wind'} with {listed(changes)}" if changes else mean or "none"
+    changes += [f"turbulence as for {at_20} at 20\u00a0ft"] * bool(at_20)
+    return (f"{mean} with " if mean else "no mean wind; ") + listed(changes) if changes else mean or "none"
 
 
 def speed(velocity: object) -> str:

@@ -274,7 +274,7 @@ def value(one: float, unit: str, largest: float) -> str:
 
 
 WORDS = {
-    "error_growth": "factor by which the error grows", "rate_growth": "factor by which the turn rates grow",
+    "error_growth": "error, late / early", "rate_growth": "turn rates, late / early",
     "rotors.least": "least thrust of a rotor", "rotors.largest": "largest thrust of a rotor", "ended": "time flown",
     "rotors.activity": "change of the rotors' thrusts", "saturated_share": "share of the time at a rotor's limit",
     "lowest_thrust_share": "share of the time at a rotor's least thrust",

@@ -110,6 +110,11 @@ def student_news(room: Room, member: Member) -> str:
     rank = f"Your best: {shown(room, member)}, {where}." if member in ranked else ""
     if member.best and not member.ranked:
         rank = f"Your smallest: {shown(room, member)}, not ranked: no flight of yours was as asked{RANKED[room.section.loop]}."
+    late, loop = member.latest, room.section.loop
+    if late and late.grade == FlightGrade.AS_ASKED and not may_rank(late.grade, late.rest, loop):
+        value = units.quantity(member.value_of(late) or 0.0, units.metric(room.ground.metric)[1])
+        late_said = f"Attempt {late.number}: {value}, not ranked: the loop is {late.rest.get('grade', 'not known')}."
+        rank = f"{late_said} {rank}" if member.ranked else late_said
     best = paragraph(f"{rank}{first}", str) if rank or first else ""
     return f'<div id="said">{path}<div>{task}<p role="status"{waiting}</p>{best}</div></div>'
 

@@ -33,6 +33,9 @@ FEWEST, MOST, DIGITS = 3, 0.6, 3
 STEPS, A_GROUP, NAMED, BANDS = 40, 20, 3, 3
 """About how many ends of ranges a number is tried at; the fewest flights on either side; most keys and most ranges told."""
 
+FAINT = 1.5, 0.1
+"""How many times, and by how much, the largest share that fails of a key's bands exceeds the least, if that is news."""
+
 MOST_LINES = 3
 """Most values of a choice that have lines of their own over the other keys."""
 
@@ -80,8 +83,14 @@ class Split(NamedTuple):
         said = [f"{units.percent(1.0 - hit / size)} {text} ({size} flights)" for hit, size, text in bands]
         if len(said) > BANDS:
             said = [f"from {said[0]} to {said[-1]}"]
-        within = f", at least with {with_option(*self.within)}" if self.within else ""
-        return f"The success rate varies with {words(self.key)}{within}: {', '.join(said)}."
+        begin = f"With {with_option(*self.within)}, the" if self.within else "The"
+        return f"{begin} success rate varies with {words(self.key)}: {', '.join(said)}."
+
+    @property
+    def faint(self) -> bool:
+        """Whether the shares that fail hardly differ, however certain that they do."""
+        shares = [hit / size for hit, size, _ in self.bands]
+        return max(shares) < min(FAINT[0] * min(shares), FAINT[1] + min(shares))
 
     def successes(self, lost: Flights, values: Sequence[str], places: NDArray[np.float64]) -> str:
         """Of each value of a choice the share of flights that succeed, and how many of the lost ones are with the best value
@@ -123,7 +132,7 @@ def findings(
     of. kinds, unit_of: as `in_common` has them; nominal: values of keys in the mission.
     """
     found = splits(failed, columns, unit_of, nominal)
-    said = {one.sentence: (one.key, *one.within[:1]) for one in found}
+    said = {one.sentence: (one.key, *one.within[:1]) for one in found if one.choice or not one.faint}
     one = columns[found[0].key] if found else None
     lost = kinds.get("lost flights", np.zeros_like(failed))
     by = found[0].successes(lost, one.options, one.values) if one and one.options else ""

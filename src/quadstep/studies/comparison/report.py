@@ -70,7 +70,7 @@ LOOPS = (
 )
 DECIDING = (
     "First: the smallest median of those that lead; second: tied with it, or next. Differences are medians over the flights "
-    "that both complete, with 95 % intervals; so many flights as would decide do so with a chance of 80 %."
+    "that both complete, with 95 % intervals; that many flights would decide with 80 % probability."
 )
 MEDIANS = "{} of {}{}; a lost flight ranks worse than any other. In bold: best, or tied for best.{}{}"
 FAILING = "A disturbance is increased until flights fail, that is, are lost or exceed the error limit."
@@ -96,7 +96,9 @@ def evidence(
         one.spreads[results.metric].median.value > results.limits.get(one.situation, math.inf) for one in results.results
     )
     opened = " An open mark in the first panel is a large error." * (large and results.metric == "position_rmse" and not many)
-    better = "The paler, the better" if many else "Blue: best in its situation, or tied for best"
+    better = (
+        "The paler, the better" if many else f"Blue: best, or tied for best, by {metric(results.metrics[results.metric])[0]}"
+    )
     drawn = [words.title(results, one) for one in list(results.metrics)[: 1 if many else 2]]
     whole = f"{listed([drawn[0][0].upper() + drawn[0][1:], *drawn[1:]])} of every {results.kind}"
     figures = {

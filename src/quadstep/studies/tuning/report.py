@@ -1,7 +1,9 @@
 """report.html of a tuning run: its gains, what they are worth, and what the search was."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -30,11 +32,14 @@ def evidence(
     search: Sequence[Figure],
     record: dict[str, object],
     first: str = "",
+    loop: Mapping[str, str] = MappingProxyType({}),
 ) -> Evidence:
     """What was tuned, and what it is worth. search: figures of it. record: of metrics.json. first: a sentence that
-    comes before all others.
+    comes before all others. loop: the grade of that at rest where nothing else does.
     """
     gains, measured, many = gain_rows(request, result), measured_rows(compared), compared.flights > 1
+    both_ways = success_but(compared, loop)
+    said = [both_ways] if both_ways else [*filter(None, [first]), answer(compared)]
     success = f"A flight succeeds if it completes{' and keeps every constraint on flights' if compared.kept else ''}."
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
     both = f"{flights}, the same for both; 95 % intervals. Differences of metrics are over flights completed with both."
@@ -43,8 +48,8 @@ def evidence(
     return Evidence(
         name=request.mission.name,
         kind="Tuning",
-        answer=" ".join(filter(None, (first, answer(compared)))),
-        sentences=[*filter(None, [first]), answer(compared)],
+        answer=" ".join(said),
+        sentences=said,
         record=record,
         facts=facts(compared),
         sections=[
@@ -189,7 +194,8 @@ def with_limit(row: Row, limit: Constraint) -> list[str]:
             cells[place] += ", met" if limit.keeps(np.array([one.value])).all() else ", not met"
     kept = limit.least is not None and row.present is not None and math.isclose(limit.least, row.present.value, rel_tol=1e-8)
     asked = "not below the current" if kept else f"at {'least' if limit.most is None else 'most'} {asked}"
-    return [f"{words} as written, {asked}", *cells]
+    words = re.sub("^gain margin (up|down)", r"\1ward gain margin", words)
+    return [f"{words} of the nominal mission, {asked}", *cells]
 
 
 def answer(compared: Compared) -> str:
@@ -213,6 +219,16 @@ def answer(compared: Compared) -> str:
         share += f", {units.percent(present.value)} with the current gains" if present.value != tuned.value else ""
         said += f" With them {share if compared.flights > 1 else 'the flight fails'}."
     return said
+
+
+def success_but(compared: Compared, loop: Mapping[str, str]) -> str:
+    """That more flights succeed, but that the loop is bad, and the price; nothing where that is not what decides."""
+    if not (loop and compared.better and compared.flights > 1 and certain_sign(compared.success_difference, False) > 0):
+        return ""
+    shares = " to ".join(units.percent(one.value) for one in compared.success)
+    why = loop.get("why", "").partition("; as the mission")[0]
+    said = f"Success on new flights rises from {shares}, but the loop is {loop['grade']}{f': {why}' if why else ''}."
+    return said + price(compared)
 
 
 def with_number(compared: Compared, said: str) -> str:

@@ -81,7 +81,8 @@ def tune(
         content = wanted.with_gains(found.best.values)
         tuned, current = (worst_grade(ground, drawn, one.values, grading) for one in (found.best, found.present))
         careful = caution(current, tuned)
-        first = " ".join(filter(None, (broken(wanted, found, compared), careful)))
+        missed = broken(wanted, found, compared)
+        first, loop = " ".join(filter(None, (missed, careful))), tuned if careful and not missed else {}
         elsewhere = write_mission(out, wanted, content, first)
         write_parameters(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
@@ -90,7 +91,7 @@ def tune(
         if both:
             both.draw(out, drawn_on)
         record = as_json(wanted, found, compared, budget, seed)
-        shown = evidence(wanted, found, compared, searched, record, first)._replace(
+        shown = evidence(wanted, found, compared, searched, record, first, loop)._replace(
             grade=tuned, told=bool(careful), figures=[Figure(both.name, both.caption)] if both else []
         )
         shown.write(out)
