@@ -255,30 +255,6 @@ def test_a_map_without_a_flyable_cell_names_its_best_and_shows_success_rates(tmp
     )
 
 
-def test_of_two_panels_the_one_with_the_smaller_errors_is_named(tmp_path):
-    asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2", "controller.nets.enabled=true,false")
-    ones = np.ones((2, 2, 3), int)
-    ones[0, 1, 2] = 0
-    panels = [MapPanel("nets on", 6, 5, 0.8, {}, (0.1, 0.2)), MapPanel("nets off", 6, 6, 1.0, {}, (0.1, 0.2))]
-    random = np.random.default_rng(1)
-    for _ in range(30):
-        rmse = random.random((2, 2, 3)) + random.random()
-        rmse[1] = np.where(random.random((2, 3)) < random.random(), rmse[0], rmse[1])
-        said = answer(Envelope(asked, made(ones, rmse), panels))
-        found = re.search(
-            r"both reach the end \((\d) combinations\), the position RMSE is smaller with nets (\w+) in (\w+); ", said
-        )
-        both = ones.all(axis=0)
-        counts = {"on": int((rmse[0] < rmse[1])[both].sum()), "off": int((rmse[1] < rmse[0])[both].sum())}
-        assert bool(found) == (counts["on"] != counts["off"])
-        if found:
-            assert (found[1], {"all": 5}.get(found[3]) or int(found[3])) == ("5", max(counts.values()))
-            assert counts[found[2]] == max(counts.values())
-            ratios = sorted((rmse[0] / rmse[1] if found[2] == "off" else rmse[1] / rmse[0])[both])
-            told = re.search(r"; with nets \w+ it is (\S+) times as large \(median\)\.", said)[1]
-            assert float(told) == pytest.approx(ratios[2], rel=0.006)
-
-
 def test_an_axis_that_makes_no_difference_is_named(tmp_path):
     asked = request(write(tmp_path, LINE), "path.duration=2:3:2", "vehicle.mass=1:1.1:2")
     rmse = np.array([[[1.0, 2.0], [1.0, 2.0]]])

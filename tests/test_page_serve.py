@@ -588,7 +588,7 @@ def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, f
     assert said in text
     assert "times closer" not in text and "second / first" not in text
     alike = "paths" not in said and "vehicles" not in said
-    assert ("#keep=b" in text) == alike == ("not overlaid" not in text) == ('src="/thumbs?a=a&amp;b=b"' in text)
+    assert ("#keep=b" in text) == alike == ('src="/thumbs?a=a&amp;b=b"' in text)
     assert text.count("<dt>") == (1 if "lost" in said else 2), "a lost flight has no error to show"
     shown = [one["id"] for one in data_of(answer(tmp_path, "/both?a=a&b=b").text)["flights"]]
     assert shown == ["a", "b"]
@@ -686,12 +686,8 @@ def test_of_two_in_other_wind_it_is_said(tmp_path):
     text = answer(tmp_path, "/compare?a=a&b=b").text
     assert "With different wind (5\u00a0m/s; none) and events: “a” is 3.0 times closer to its path than “b”, " in text
     assert "Metrics that are 0 in both are omitted." in text and "share of the time at a rotor" not in text
-    late = [{"mission": {"sensors": {"latency": one, "estimator": False}}} for one in (0.02, 0.12)]
-    assert conditions(*late) == "With different sensor latency (0.0200\u00a0s and 0.120\u00a0s): "
-    late[0]["mission"]["sensors"]["estimator"] = True
-    assert conditions(*late) == "With different sensors: "
-    for other in ({"latency": 0.02}, 2):
-        assert conditions({"mission": {"sensors": other}}, {"mission": 1}) == "With different sensors: "
+    late = [{"mission": {"sensors": {"latency": one}}} for one in (0.02, 0.12)]
+    assert conditions(*late) == conditions(late[0], {"mission": 1}) == "With different sensors: "
 
 
 def test_a_lost_flight_has_no_error_to_rank_it_by_and_a_late_score_is_said(tmp_path):
@@ -884,8 +880,7 @@ def test_a_study_is_listed_with_a_panel_of_its_figure_whose_axes_are_told(tmp_pa
     panels = [Panel("speed", "m/s", {"v": np.linspace(1.0, 300.0, 50)}), Panel("e_{x}", "m", {"e": np.ones(50)})]
     FigureJob("convergence", "", np.linspace(0.0, 10.0, 50), panels, 1).draw(tmp_path, Sheet(("svg",)))
     listed = answer(tmp_path, "/").text
-    assert 'src="/panel/convergence.svg"' in listed and "Pictures of studies: the first panel" in listed
-    assert "Pictures of flights" not in listed
+    assert 'src="/panel/convergence.svg"' in listed
     found = answer(tmp_path, "/panel/convergence.svg")
     assert (found.status, found.kind) == (200, "image/svg+xml")
     assert "sandbox" in found.headers["Content-Security-Policy"], "a figure may be another's, with a script"
@@ -968,7 +963,7 @@ def test_a_flight_is_listed_with_a_picture_of_its_path_and_of_where_it_was_lost(
     assert (two.kind, two.text.count("<path")) == ("image/svg+xml", 5) and "stroke-dasharray" in two.text
     assert answer(tmp_path, "/thumbs?a=one&b=none").status == 404
     listed = answer(tmp_path, "/").text
-    assert 'src="/thumb/one/"' in listed and "the path flown over a pale band, the desired path" in listed
+    assert 'src="/thumb/one/"' in listed
 
 
 @pytest.mark.parametrize(

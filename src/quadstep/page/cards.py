@@ -22,10 +22,6 @@ DROP = (
 """Where this machine's list takes a log."""
 
 
-LEGEND = "Pictures of flights: the path flown over a pale band, the desired path; a cross where a flight was lost."
-PANELS = "Pictures of studies: the first panel of a figure, without its numbers."
-
-
 def part(name: str, package: str = "quadstep.page") -> str:
     """A file of a package, as markup."""
     kind = "style" if name.endswith(".css") else "script"
@@ -39,9 +35,7 @@ def list_page(root: Path, folders: list[ResultFolder], share: str = "") -> str:
     else:
         cards = "".join(card(result) for result in sorted(folders, key=lambda one: -one.changed))
         together = '<a class="together" id="together" hidden></a>'
-        flights = [one.kind == "Flight" for one in folders if one.picture or one.kind == "Flight"]
-        legend = paragraph(f"{LEGEND * any(flights)} {PANELS * (not all(flights))}".strip()) if flights else ""
-        body = [bar(folders), legend, f'<ul class="cards" id="cards">{cards}</ul>', together, part("results.js")]
+        body = [bar(folders), f'<ul class="cards" id="cards">{cards}</ul>', together, part("results.js")]
     drop = [] if share else [DROP, part("dropped.js")]
     return page_text(f"Results in {root.name or root}", [share, *body, *drop], "Results", part("results.css"))
 

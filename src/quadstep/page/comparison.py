@@ -17,9 +17,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.registry import AT_REST, Metrics
 from quadstep.metrics.verdict import FlightGrade, scalars
-from quadstep.mission import fields
 from quadstep.mission.air import in_words
-from quadstep.mission.sensing import SensorsSection
 from quadstep.page.cards import MARKS, best, picture
 from quadstep.page.folder import (
     REPORT,
@@ -44,9 +42,6 @@ from quadstep.report.sheet import Sheet
 MOST_ROWS = 400
 ONE_AT_A_TIME = threading.Lock()
 """Held while Matplotlib draws, whose settings belong to all requests."""
-
-LONGEST = 36
-"""Letters of a name in a legend."""
 
 RMSE = "position_rmse[m]"
 
@@ -90,7 +85,7 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     body = [markup.summary(unlike or conditions(*contents) + answer(quoted, *contents, shown), errors)]
     places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
     pages = [f'<a href="{escape(best(one))}">{escape(name)}</a>' for one, name in zip(results, names, strict=True)]
-    if flights and not (things := different(*contents)):
+    if flights and not different(*contents):
         front, behind = (name_in(content, one.place.name) for one, content in zip(results, contents, strict=True))
         behind = identity(behind, (identity(front, ()),))
         key = "".join(
@@ -108,7 +103,6 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         body.append(f'<div class="two">{shown}</div>')
         if flights:
             body.append(markup.links([(f"/both?{places}", "Both flights on one page")]))
-            body.append(markup.paragraph(f"They fly different {things}, so they are not overlaid."))
     rows = [["answer", *(one.says or "–" for one in results)], *rows] if told else rows
     body += [markup.heading("All numbers" if keys else "What their reports say first", "numbers")] if rows else []
     body += [markup.table(header, rows, units.rich if told else escape)] if rows else []
@@ -145,7 +139,7 @@ def grades(*contents: Metrics) -> list[list[str]]:
 def errors_figure(names: list[str], contents: Sequence[Metrics], folders: Sequence[Path]) -> str:
     """How far two flights are from their path over time, drawn upon each other. Raises UserError."""
     times, lines = list[NDArray[np.float64]](), dict[str, NDArray[np.float64]]()
-    short = [name if len(name) <= LONGEST else f"{name[: LONGEST - 2]}…”" for name in names]
+    short = [name if len(name) < 37 else f"{name[:34]}…”" for name in names]
     for name, content, folder in zip(short if len({*short}) == 2 else names, contents, folders, strict=True):
         log = read_log(folder / "flight.csv", outcome(content), 0.0)
         if not {"x_d", "y_d", "z_d"} <= log.columns.keys() or len(log.rows) < 2:
@@ -190,9 +184,6 @@ def different(first: Metrics, second: Metrics) -> str:
     return " and ".join(f"{part}s" for part in differing_keys(("path", "vehicle"), first, second))
 
 
-FEW = 3
-"""Keys of the sensors whose values are said."""
-
 CONDITIONS = "start", "wind", "disturbance", "sensors", "events"
 """Keys of a mission that make it harder or easier to stay on a path."""
 
@@ -202,21 +193,8 @@ def conditions(*contents: Metrics) -> str:
     told = dict(zip(CONDITIONS, CONDITIONS, strict=True))
     winds = [in_words(section(section(one, "mission"), "wind")) for one in contents]
     told["wind"] = f"wind ({'; '.join(winds)})" if winds[0] != winds[1] else "wind"
-    told["sensors"] = sensor_values(*(section(section(one, "mission"), "sensors") for one in contents))
     others = [told[one] for one in differing_keys(CONDITIONS, *contents)]
     return f"With different {units.listed(others)}: " if others else ""
-
-
-def sensor_values(first: Metrics, second: Metrics) -> str:
-    """The values in which the sensors of two flights differ; only "sensors" where these are many, or not numbers."""
-    told: list[str] = []
-    for key in (key for key in {**first, **second} if first.get(key) != second.get(key)):
-        pair = [one for side in (first, second) if isinstance(one := side.get(key), float) and math.isfinite(one)]
-        if len(pair) < 2 or len(told) == FEW:
-            return "sensors"
-        shown = [value(one, fields.unit(SensorsSection(), key) or "-", max(pair)) for one in pair]
-        told.append(f"{fields.words(f'sensors.{key}')} ({units.listed(shown)})")
-    return units.listed(told) or "sensors"
 
 
 def differing_keys(keys: Iterable[str], first: Metrics, second: Metrics) -> list[str]:

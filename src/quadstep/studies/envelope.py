@@ -9,6 +9,7 @@ from typing import cast
 
 import numpy as np
 
+from quadstep.metrics.verdict import graded
 from quadstep.mission.fields import label, words
 from quadstep.page.model import Cell
 from quadstep.report import units
@@ -52,7 +53,8 @@ class Map(Study[Envelope]):
         seen = {int(envelope.cells.shown.flat[cell]): int(envelope.cells.successes.flat[cell]) for cell in cells}
         again = zip(seen.items(), flown_again(self.campaign, [*seen]), strict=True)
         found = {flight: self.named(one, flight, successes) for (flight, successes), one in again}
-        envelope = envelope._replace(grades=[one.grade for one in found.values() if one.drawable])
+        shown = [(one.replay.mission, one.log) for one in found.values() if one.replay and one.log and one.drawable]
+        envelope = envelope._replace(grades=[graded(mission.flight_metrics(log)[0]) for mission, log in shown])
         drawn = colours(envelope.cells)
         places = {flight: self.place(cell, drawn[cell]) for flight, cell in zip(seen, cells, strict=True)}
         said = [*coloured_by(envelope.cells), *[MARKED] * (self.asked.flights > 1 and not all(drawn))]

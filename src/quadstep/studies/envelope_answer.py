@@ -14,7 +14,7 @@ from quadstep.mission.fields import words
 from quadstep.report import units
 from quadstep.studies.campaign.summary import as_sentence
 from quadstep.studies.envelope_cells import FLYABLE, Cells, needed, too_few
-from quadstep.studies.envelope_map import LEAST, by_success, coloured
+from quadstep.studies.envelope_map import by_success, coloured
 from quadstep.studies.envelope_request import MapAxis, Request
 
 
@@ -65,7 +65,7 @@ def answer(envelope: Envelope) -> str:
         said += ": the map shows no limit" * limited if flyable.all() else borders(envelope)
     judged = "; ".join(asked.campaign.judged[not limited :])
     meant = as_sentence(f" ({judged})" * bool(judged))
-    more = f"{how_sure(envelope)}{meant}{either_way(envelope)}{idle(envelope)}"
+    more = f"{how_sure(envelope)}{meant}{idle(envelope)}"
     return f"{said[0].upper()}{said[1:]}{as_asked(envelope)}.{more}"
 
 
@@ -118,27 +118,6 @@ def best(envelope: Envelope, do: str) -> str:
     at = units.listed([axis.in_words(axis.values[place]) for axis, place in where if axis][::-1])
     such = "the best" if (successes == most).sum() == 1 else "one of the best"
     return f"; in {such}, {at}, {most} of {asked.flights} flights {do}"
-
-
-def either_way(envelope: Envelope) -> str:
-    """Of two panels, which has the smaller errors where both can be flown, in a sentence after a blank."""
-    if len(envelope.panels) != 2:
-        return ""
-    both = envelope.cells.flyable.all(axis=0)
-    first, second = envelope.cells.rmse[:, both]
-    smaller = int((first < second).sum()), int((second < first).sum())
-    if smaller[0] == smaller[1]:
-        return ""
-    count, name = max(smaller), envelope.panels[smaller[1] > smaller[0]].name
-    what = f"{'median ' if envelope.asked.flights > 1 else ''}position RMSE"
-    both_fly = "both can be flown" if envelope.asked.campaign.file.failure else "both reach the end"
-    where = f"Where {'enough succeed with both' if envelope.asked.flights > 1 else both_fly}"
-    shared = f"{where} ({units.counted(int(both.sum()), 'combination')})"
-    larger, less = (second, first) if smaller[0] > smaller[1] else (first, second)
-    many, middle = "all" if count == both.sum() else count, float(np.median(larger / np.maximum(less, LEAST)))
-    worse = envelope.panels[smaller[0] >= smaller[1]].name
-    by = f"with {worse} it is {units.number(middle)} times as large (median)"
-    return f" {shared}, the {what} is smaller with {name} in {many}; {by}."
 
 
 def borders(envelope: Envelope) -> str:

@@ -15,7 +15,6 @@ from quadstep.report import markup, units
 from quadstep.report.evidence import Section, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.studies.campaign.flyer import OUTCOMES
-from quadstep.studies.campaign.manifest import FLIGHTS
 from quadstep.studies.campaign.planner import SINGLY
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.single_flight import replay_command
@@ -225,18 +224,11 @@ def differing(one: WorstFlight, log: FlightLog, campaign: Campaign) -> str:
 
 
 INTERVALS = (
-    "Intervals are at 95 %. Shares of flights: exact (Clopper and Pearson 1934). Quantiles: between order statistics, "
-    "distribution-free (Conover 1999). Indices: from the flights, grouped by similar values (Plischke, Borgonovo, Smith "
-    "2013), minus the share expected by chance for that many groups; intervals by bootstrap over the flights. The ranges in "
-    "which success rates differ were chosen after the flights: that they differ is no chance, but in new flights they may "
-    "differ less. An interval says how certain a number is if the keys vary as here; whether they do is for you to judge."
-)
-FILES = (
-    f"All flights are in {FLIGHTS}/*.parquet next to this page, one row per flight; campaign.json records what was flown, by "
-    "which version and on which machine. The same campaign file gives the same flights."
+    "Intervals are at 95 % (docs/campaigns.md). The ranges in which success rates differ were chosen after the flights: that "
+    "they differ is no chance, but in new flights they may differ less."
 )
 
 
 def closing(statistical: bool) -> list[TableSection]:
     """How to read the report. statistical: whether there are intervals."""
-    return [TableSection("How to read this", "reading", text=INTERVALS if statistical else ""), TableSection(text=FILES)]
+    return [TableSection("How to read this", "reading", text=INTERVALS)] if statistical else []

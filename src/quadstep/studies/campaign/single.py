@@ -22,7 +22,6 @@ from quadstep.io.run_record import REPORT
 from quadstep.linear.analysis import Analysis, analyse_rest
 from quadstep.linear.several import Several, collected
 from quadstep.linear.several import write as write_loops
-from quadstep.metrics.verdict import Graded, graded
 from quadstep.mission.fields import unit, words
 from quadstep.page.build import build_page, flown_mission
 from quadstep.page.flights import ShownFlight
@@ -97,12 +96,6 @@ class FlownAgain(NamedTuple):
     def drawable(self) -> bool:
         """Whether it lasted long enough to be seen."""
         return self.log is not None and len(self.log.rows) > 1
-
-    @property
-    def grade(self) -> Graded:
-        """By the rules of any flight, without its campaign's limits."""
-        metrics = self.replay.mission.flight_metrics(self.log)[0] if self.replay and self.log else {}
-        return graded(metrics)
 
 
 def flown_again(campaign: Campaign, flights: list[int]) -> list[FlownAgain]:

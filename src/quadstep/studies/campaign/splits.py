@@ -33,9 +33,6 @@ FEWEST, MOST, DIGITS = 3, 0.6, 3
 STEPS, A_GROUP, NAMED, BANDS = 40, 20, 3, 3
 """About how many ends of ranges a number is tried at; the fewest flights on either side; most keys and most ranges told."""
 
-FAINT = 1.5, 0.1
-"""How many times, and by how much, the largest share that fails of a key's bands exceeds the least, if that is news."""
-
 MOST_LINES = 3
 """Most values of a choice that have lines of their own over the other keys."""
 
@@ -88,9 +85,9 @@ class Split(NamedTuple):
 
     @property
     def faint(self) -> bool:
-        """Whether the shares that fail hardly differ, however certain that they do."""
+        """Whether the largest share that fails is below 1.5 times the least and less than 10 points above it: hardly news."""
         shares = [hit / size for hit, size, _ in self.bands]
-        return max(shares) < min(FAINT[0] * min(shares), FAINT[1] + min(shares))
+        return max(shares) < min(1.5 * min(shares), 0.1 + min(shares))
 
     def successes(self, lost: Flights, values: Sequence[str], places: NDArray[np.float64]) -> str:
         """Of each value of a choice the share of flights that succeed, and how many of the lost ones are with the best value

@@ -22,14 +22,13 @@ from quadstep.report.evidence import Evidence, Figure, Section, TableSection
 from quadstep.report.progress import Count
 from quadstep.report.screen import command
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
-from quadstep.report.units import listed, metric
 from quadstep.studies.campaign.pictures import logarithmic
 from quadstep.studies.campaign.run import CampaignRequest
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.varied import text_of, variation_text
 from quadstep.studies.rare.point_flyer import PointFlyer, check_space
 from quadstep.studies.rare.replicates import PieceKind, fly_piece, pieces
-from quadstep.studies.rare.run_folder import DoneEvent, FinishedPiece, RareRecord, opened
+from quadstep.studies.rare.run_folder import FinishedPiece, RareRecord, opened
 from quadstep.studies.rare.summary import HOW, RareSummary, as_json, common, rounded, sentences, summarise
 
 LEVELS = f"{FIGURES}/levels"
@@ -44,18 +43,9 @@ OPINIONS = " Dashed blue: second opinions, by the other method."
 
 
 READING = (
-    "Why so few flights suffice: a failure of probability 10⁻⁹ takes a billion flights to be seen once. So flights are "
-    "steered towards failure, step by step: each step keeps the flights nearest to failure (those with the highest scores) "
-    "and flies more like them, until many fail. How much rarer each step made its flights is known, and is divided out.",
-    "How: cross-entropy draws the next flights from a mixture of normal distributions fitted to those kept, and in the end "
-    "weights each failure by its likelihood under the campaign divided by that under the mixture (importance sampling). "
-    "Subset simulation keeps a tenth of the flights in each step, and multiplies these shares.",
-    "A replicate is one such estimate, with random numbers of its own. The interval comes from how far the replicates "
-    "scatter, taken as log-normal (Cox's interval for the mean, Student's quantile). It does not cover a kind of failure that "
-    "no replicate found: plain Monte Carlo flights and second opinions are there to notice one. Nor does it say whether the "
-    "keys really vary as the campaign assumes, and a small probability depends on the tails.",
-    "Noise is redrawn: in subset simulation half of the candidates get new noise and the others keep their "
-    "predecessor's; with cross-entropy every flight has its own. Unlike the keys, it is not steered towards failure.",
+    "The interval comes from how far the replicates scatter, taken as log-normal (Cox's interval for the mean, Student's "
+    "quantile). It does not cover a kind of failure that no replicate found: plain Monte Carlo flights and second opinions are "
+    "there to notice one. A small probability depends on the tails of what varies."
 )
 
 
@@ -87,6 +77,10 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
     plain = f"plain Monte Carlo: about {rounded(summary.one_by_one or 0.0, 1)} for an interval as wide"
     saved = summary.one_by_one and not (common(summary) or summary.warnings)
     facts = [markup.Fact("flights", f"{summary.flights:,}", plain if saved else "")]
+    facts += [
+        markup.Fact("the other method, once", units.number(one.probability), by_kind(one)) for one in record.pieces
+        if one.method is not file.rare.method and one.probability > 0.0
+    ][:1]  # fmt: skip
     kinds = climbed(record.pieces)
     about = {"version": __version__, "campaign": str(path), "name": file.name, "method": file.rare.method.value}
     return Evidence(
@@ -105,8 +99,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
                 header=("what varies", "key", "how"),
                 rows=[(words(key), key, variation_text(file, key)) for key in file.keys],
             ),
-            TableSection("How to read this", "reading", text=READING[0]),
-            *(TableSection(text=line) for line in READING[1:]),
+            TableSection("How to read this", "reading", text=READING),
         ],
         cases=(Case("estimated"),),
         more=said[1:],
@@ -116,27 +109,19 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
     )
 
 
+def by_kind(one: FinishedPiece) -> str:
+    """The probability of each kind of failure, as one estimate has it."""
+    return "; ".join(f"{event.failure}: {units.number(event.probability)}" for event in one.events)
+
+
 def replicate_row(one: FinishedPiece) -> tuple[str, ...]:
-    events = "; ".join(f"{event.failure}: {units.number(event.probability)}, by {scored(event)}" for event in one.events)
-    return one.kind, one.method.value, units.number(one.probability), events, f"{one.flights:,}"
-
-
-def scored(event: DoneEvent) -> str:
-    """What predicted failures of a kind."""
-    return listed([metric(one)[0] for one in event.score]) if len(event.score) < FEW else f"{len(event.score)} metrics"
-
-
-FEW = 3
-"""From so many on, metrics are counted."""
+    return one.kind, one.method.value, units.number(one.probability), by_kind(one), f"{one.flights:,}"
 
 
 NEAR = 0.1
 """Standard deviations from the median within which a failure has nothing unusual."""
 
-SEE_IT = (
-    "To fly these values, put these lines in place of all that varies ([vary] and [[correlated]]) into a copy of the campaign "
-    "file, and fly that with the command below them."
-)
+SEE_IT = "To fly it, put these lines in place of [vary] and [[correlated]] into a copy of the campaign file, and fly that."
 OTHER_NOISE = " Its noise is then another, so that it may succeed."
 
 
@@ -150,7 +135,10 @@ def nearest(summary: RareSummary, mission: Mission, path: Path) -> list[Section]
         return [TableSection(title, "nearest", text=said)]
     away, where = found.deviations_by_key, f"{found.deviations:.2f} standard deviations from the median"
     ordered = sorted(found.values.items(), key=lambda item: -abs(away[item[0]]))
-    rows = [(label(mission, name), text_of(value, 4), f"{round(away[name], 2) + 0.0:+.2f}") for name, value in ordered]
+    rows = [
+        (label(mission, name), text_of(value, 4), f"{round(away[name], 2) + 0.0:+.2f}".replace("-", "−"))
+        for name, value in ordered
+    ]
     header, how = ("key", "value", "deviations from the median"), HOW.get(found.failure, found.failure)
     text = f"This flight {how}. Its values are {where} of the distributions."
     table = TableSection(title, "nearest", header, rows, text, shown=f"{title}: it {how}, {where}")
