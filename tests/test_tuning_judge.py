@@ -113,7 +113,8 @@ def test_success_and_a_loop_that_became_bad_are_one_sentence():
     rises = compare(judge(), flown(np.ones(100), ended=lost), flown(np.ones(100)))
     said = success_but(rises, why).replace("\N{NO-BREAK SPACE}", " ")
     assert said == (
-        "Success on new flights rises from 80 % to 100 %, but the loop is fragile: at the largest vehicle mass flown, 3 kg, so."
+        "Success on new flights rises from 80 % to 100 %, but the loop is fragile: "
+        "at the largest vehicle mass flown, 3 kg, so."
     )
     falls = compare(judge(), flown(np.ones(100)), flown(0.5 * np.ones(100), ended=lost))
     alike = compare(judge(), flown(np.ones(100)), flown(0.5 * np.ones(100)))

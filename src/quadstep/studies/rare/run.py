@@ -44,7 +44,7 @@ OPINIONS = " Dashed blue: second opinions, by the other method."
 
 READING = (
     "The interval comes from how far the replicates scatter, taken as log-normal (Cox's interval for the mean, Student's "
-    "quantile). It does not cover a kind of failure that no replicate found: plain Monte Carlo flights and second opinions are "
+    "quantile). It does not cover a kind of failure that no replicate found: plain Monte Carlo and second opinions are "
     "there to notice one. A small probability depends on the tails of what varies."
 )
 
