@@ -24,6 +24,7 @@ from quadstep.io.errors import UserError
 from quadstep.mission.airframe_tables import CommandSection
 from quadstep.mission.listings import load_preset
 from quadstep.mission.read import check_mission
+from quadstep.numbers import vector
 from quadstep.report.units import percent
 from quadstep.vehicle.allocation import mixing
 from tests import made_flights
@@ -304,6 +305,17 @@ def test_what_no_held_out_flight_turns_about_is_untested_and_one_manoeuvre_flown
 @pytest.fixture
 def flight_numbers():
     return numbers_of(start("x500"), [logged("x500", "circle", 5, 4.0, 0.1)])
+
+
+def test_a_second_fit_has_the_intervals_of_a_first_one():
+    """It began at the observer of long predictions, where two steps left it: in-plane drag was said to be known within 2 %."""
+    flights = made_flights.logged(0)[:1]
+    first = identify(flights, made_flights.start(), lambda _: None, predictors=False, still=True)
+    observer = first.numbers.observer._replace(rates=vector(0.5, 0.5), velocity=vector(0.2, 0.2), force=vector(5.0, 5.0))
+    earlier = first._replace(numbers=first.numbers._replace(observer=observer))
+    second = identify(flights, made_flights.start(), lambda _: None, earlier, predictors=False, still=True)
+    for key, one in first.fitted.items():
+        assert second.fitted[key].high - second.fitted[key].low == pytest.approx(one.high - one.low, rel=0.2), key
 
 
 def test_what_is_not_known_of_the_lag_is_not_known_of_the_thrust_either():

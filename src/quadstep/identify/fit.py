@@ -116,8 +116,8 @@ def identify(
     Raises UserError where the flights are too few.
     """
     start, start_guided = (earlier.numbers, earlier.guided) if earlier else (None, None)
-    p = start or before_fit(vehicle, flights)
-    fresh = start is None
+    p, fresh = before_fit(vehicle, flights), start is None
+    p = start._replace(observer=p.observer) if start else p  # that of long predictions is far from that of short ones
     p, told, why, block = from_averages(flights, vehicle, p)
     if fresh and "drag.rotor[0]" in told:
         p = with_values(p, dict.fromkeys(("airframe.drag.rotor.0", "airframe.drag.rotor.1"), told["drag.rotor[0]"].value))
@@ -133,7 +133,7 @@ def identify(
     if fresh:
         point = first_guess(short, point, SHORT_WEIGHTS)
     say("vehicle")
-    point = search(short, point, SHORT_WEIGHTS, 14 if fresh else 2, prior)
+    point = search(short, point, SHORT_WEIGHTS, 14 if fresh else 8, prior)
     if fresh:  # the lag is known now, so the averages are better
         p, told, why, block = from_averages(flights, vehicle, short.at(point))
         short = problem_of(flights, vehicle, p, SHORT, free)
