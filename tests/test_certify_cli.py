@@ -77,7 +77,7 @@ def test_a_diverging_flight_ends_with_3_and_keeps_its_certificate(tmp_path, undr
     )
     judged = f"this flight took {conditions['u_max[N]']:.4g} N before {found['looked_at_until[s]']:.3g} s."
     assert judged in run.out  # later it takes a hundred times that
-    assert "At rest at the start of its path, the loop is unstable: a deviation doubles every 0.399 s" in run.out
+    assert "Hovering at the start of its path, the loop is unstable: a deviation doubles every 0.399 s" in run.out
     assert "`quadstep tune` searches for gains with margins." in run.out
     assert strict_json(tmp_path / "out" / "metrics.json")["margins_at_rest"]["grade"] == "unstable"
     assert [round(found["lyapunov"]["work[J]"][one], 1) for one in ("residual", "coupling")] == [165.5, 24.8]

@@ -93,11 +93,11 @@ def test_gains_are_flown_in_the_class_s_mission_and_the_best_two_flights_are_kep
 
 def test_a_student_is_told_what_was_wrong_with_a_flight_that_was_not_lost(room):
     told = flown(room, "[controller]\nK_r1 = 8.0\n").message
-    assert told.startswith("Flown to its end, as asked. At rest at the start of its path, the loop is sound: ")
+    assert told.startswith("Flown to its end, as asked. Hovering at the start of its path, the loop is sound: ")
     member = flown(room, "[controller]\nK_r1 = 0.3\n")
     reasons = json.loads((member.folder / f"{member.latest.number}" / MANIFEST).read_text())["grade_reasons"]
     assert reasons and member.message.startswith(
-        f"Flown to its end, but {' and '.join(reasons[:2])}. At rest at the start of its path, "
+        f"Flown to its end, but {' and '.join(reasons[:2])}. Hovering at the start of its path, "
     )
     assert "the loop is unstable: " in member.message and "A longer flight" not in member.message
 

@@ -80,13 +80,13 @@ def test_without_a_command_the_help_is_shown_and_nothing_else_is_said():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["fly"], "MISSION.toml: missing; it is needed (see quadstep fly --help)"),
+        (["fly"], "MISSION.toml is required (see quadstep fly --help)"),
         (
             ["tune", "m.toml"],
-            "--budget: missing; it is needed, for instance --budget 2000 (flights) (see quadstep tune --help)",
+            "--budget is required, for instance --budget 2000 (flights) (see quadstep tune --help)",
         ),
-        (["replay", "a.csv"], "--vehicle: missing; it is needed (see quadstep replay --help)"),
-        (["completion"], "SHELL: missing; it is needed; allowed: bash, zsh, fish (see quadstep completion --help)"),
+        (["replay", "a.csv"], "--vehicle is required (see quadstep replay --help)"),
+        (["completion"], "SHELL is required; allowed: bash, zsh, fish (see quadstep completion --help)"),
         (["fly", "a b", "it's"], '"it\'s": not expected; the command takes no further argument (see quadstep fly --help)'),
         (["flu"], "unknown command 'flu'; did you mean fly? (see quadstep --help)"),
         (["fyl"], "unknown command 'fyl'; did you mean fly? (see quadstep --help)"),
@@ -218,7 +218,7 @@ def test_a_process_of_its_own_says_the_same(tmp_path):
     (("vehicle", "fit", "examples/case1.toml"), "looks like a mission, not a data sheet; `quadstep fly` takes it"),
     (("serve", "--class", "examples/case1.toml"), 'looks like a mission, not a class; a class names one: mission = "FILE'),
     (("new", "mission.json"), "mission.json: missions are TOML; name a file that ends in .toml"),
-    (("new",), "MISSION.toml: missing; it is needed (see"),
+    (("new",), "MISSION.toml is required (see"),
     (("--fast", "fly"), "error: unknown option '--fast'"),
     (("new", "-"), "-: missions are TOML; name a file that ends in .toml"),
 ])  # fmt: skip

@@ -66,11 +66,11 @@ def test_a_square_says_the_median_and_what_is_lost(median, lost, words):
 
 
 @pytest.mark.parametrize(("grades", "words"), [
-    ((SOUND, FRAGILE), "On second at rest at the start of its path, the loop of law 0 is fragile: why 1"),
-    ((UNSTABLE, FRAGILE), "On first at rest at the start of its path, the loop of law 0 is unstable: why 0"),
-    ((SOUND, UNKNOWN), "On second at rest at the start of its path, the loop of law 0 is not linearised: why 1"),
-    ((SOUND, NO_REST), "On second no rest was found for the loop of law 0: why 1"),
-    ((SOUND, SOUND), "On first at rest at the start of its path, the loop of law 0 is sound: why 0"),
+    ((SOUND, FRAGILE), "On second, hovering at the start of its path, the loop of law 0 is fragile: why 1"),
+    ((UNSTABLE, FRAGILE), "On first, hovering at the start of its path, the loop of law 0 is unstable: why 0"),
+    ((SOUND, UNKNOWN), "On second, hovering at the start of its path, the loop of law 0 is not linearised: why 1"),
+    ((SOUND, NO_REST), "On second, no rest was found for the loop of law 0: why 1"),
+    ((SOUND, SOUND), "On first, hovering at the start of its path, the loop of law 0 is sound: why 0"),
 ])  # fmt: skip
 def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades, words):
     vehicles = "first", "second"

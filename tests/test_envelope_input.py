@@ -90,7 +90,7 @@ def test_a_value_in_the_middle_that_cannot_be_flown(tmp_path):
     (["--flights", "0"], ["--flights", "from 1", "not 0"]),
     (["--flights", "-1"], ["--flights", "not -1"]),
     (["--flights", "100000000"], ["--flights", "at most 50000000 flights"]),
-    (["--failure", "position_rmse"], ["--failure", "METRIC=MOST"]),
+    (["--failure", "position_rmse"], ["--failure", "METRIC=LIMIT"]),
     (["--failure", "rmse=1"], ["--failure", "unknown metric 'rmse'", "position_rmse, largest_error"]),
     (["--failure", "position_rmse=x"], ["--failure position_rmse", "'x' is not a number"]),
     (["--failure", "position_rmse=0"], ["--failure position_rmse", "above 0"]),

@@ -42,11 +42,11 @@ def test_plain_c_of_a_loop_without_margin_is_warned_of(tmp_path):
     text = f'[vehicle]\npreset = "x500"\n[path]\n{path}[controller]\ntype = "pid"\n'
     good, hot = (quadstep("export", write(tmp_path, text + more), "--out", tmp_path / "o", "--overwrite")
                  for more in ("", "rate = [60.0, 60.0, 10.0]\n"))  # fmt: skip
-    assert "At rest at the start of its path, the loop is sound" in good.out
+    assert "Hovering at the start of its path, the loop is sound" in good.out
     large = quadstep("export", write(tmp_path, text.replace('"pid"', '"mpc"')), "--out", tmp_path / "o", "--overwrite")
     assert "The margins of its loop are not known: quadstep linear " in " ".join(large.out.split())
     assert "warning: " in hot.err
-    assert "At rest at the start of its path, the loop is fragile: phase margin " in " ".join(hot.err.split())
+    assert "Hovering at the start of its path, the loop is fragile: phase margin " in " ".join(hot.err.split())
     assert "(less than 30.0°)" in " ".join(hot.err.split())
 
 

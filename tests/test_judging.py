@@ -105,7 +105,7 @@ def test_a_time_that_is_never_reached_meets_no_requirement():
 def test_a_requirement_that_is_none_is_refused(mission, tmp_path, text):
     run = flown(mission, tmp_path, "--require", text)
     assert run.refused, run
-    assert ("METRIC=MOST" if text else "--require: is empty") in run.err
+    assert ("METRIC=LIMIT" if text else "--require: is empty") in run.err
     assert "\x1b" not in run.err
     assert not (tmp_path / "out").exists()
 

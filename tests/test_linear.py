@@ -234,7 +234,7 @@ def test_a_loop_that_does_not_hold_its_pose_is_only_marginally_stable_and_says_w
     assert [pole.real for pole in blind.poles[: len(names)]] == [0.0] * len(names)
     assert blind.poles[len(names)].real < -0.1
     assert finding(blind) == (
-        f"At rest at the start of its path, the loop is unstable: it does not hold {', '.join(names)}; "
+        f"Hovering at the start of its path, the loop is unstable: it does not hold {', '.join(names)}; "
         "a deviation there never decays."
     )
     assert record(blind, [])["stable"] is False

@@ -97,11 +97,11 @@ def test_each_margin_is_held_against_its_limit(analysis):
 def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis):
     gain, phase, delay = graded(analysis).measures
     fragile = f"the loop is fragile: phase margin {math.degrees(phase.value):.1f}° in {phase.channel} (less than 30.0°)"
-    assert worst.finding(analysis) == f"At rest at the start of its path, {fragile}."
+    assert worst.finding(analysis) == f"Hovering at the start of its path, {fragile}."
     assert worst.finding(analysis, "its flight was lost") == (
-        f"At rest at the start of its path, {fragile}. However, its flight was lost."
+        f"Hovering at the start of its path, {fragile}. However, its flight was lost."
     )
-    sound = "At rest at the start of its path, the loop is sound"
+    sound = "Hovering at the start of its path, the loop is sound"
     asked = analysis._replace(limits=MarginLimits(0.9 * gain.value, 0.5 * phase.value, 0.0))
     assert worst.finding(asked) == f"{sound}: smallest gain margin {gain.value:.1f} dB ({gain.channel})."
     assert worst.finding(asked, "its flight was lost") == f"{sound}. However, its flight was lost."
@@ -219,7 +219,7 @@ def test_a_loop_that_swings_about_a_rest_is_unstable_there_and_said_to_swing(tmp
     swing = float(re.search(r"swings by ([\d.]+)\smm", run.out)[1])
     assert 1e3 * far[len(far) // 2 :].max() == pytest.approx(swing, rel=1.0)
     assert remedy == REMEDY
-    assert unstable.startswith("At rest at the start of its path, the loop is unstable: a deviation doubles every ")
+    assert unstable.startswith("Hovering at the start of its path, the loop is unstable: a deviation doubles every ")
     said = rf"{THERE} does not settle: it swings by 1\d(\.\d)? mm along [xy] every 0.\d+ s\."
     assert re.fullmatch(said.replace("\u00a0", " "), swings.replace("\u00a0", " "))
     assert strict_json(tmp_path / "out" / "linear.json")["sentences"] == [unstable, swings, remedy]
@@ -255,7 +255,7 @@ def test_fly_says_the_grade_in_its_output_its_report_and_its_metrics(tmp_path):
     run = quadstep("fly", mission, "--out", tmp_path / "out", "--figures", "svg")
     assert run.code == 0
     found = grade(read_mission(mission))
-    assert f"At rest at the start of its path, the loop is {found.word}: {found.why}." in " ".join(run.out.split())
+    assert f"Hovering at the start of its path, the loop is {found.word}: {found.why}." in " ".join(run.out.split())
     assert strict_json(tmp_path / "out" / "metrics.json")["margins_at_rest"] == {"grade": found.word, "why": found.why}
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")
     assert found.why.split(";")[0] in report
@@ -264,7 +264,7 @@ def test_fly_says_the_grade_in_its_output_its_report_and_its_metrics(tmp_path):
     (again,) = data_of(open_result(tmp_path / "out"))["flights"]
     assert again["facts"] == one["facts"]
     (listed,) = results(tmp_path)
-    assert listed.says.endswith(f"; at rest at the start of its path, the loop is {found.word}")
+    assert listed.says.endswith(f"; hovering at the start of its path, the loop is {found.word}")
     page = quadstep("page", mission, "--out", tmp_path / "page.html")
     assert page.code == 0
     (shown,) = data_of((tmp_path / "page.html").read_text(encoding="utf-8"))["flights"]
@@ -279,7 +279,7 @@ def test_what_the_mission_s_flight_does_comes_before_a_grade_that_leaves_it_out(
     run = quadstep("linear", mission, "--out", tmp_path / "linear")
     said = strict_json(tmp_path / "linear" / "linear.json")["sentences"][0]
     lost = r"\. However, the mission's flight is lost at [\d.]+ s \(more than 100 m from its path\)\."
-    assert re.fullmatch("At rest at the start of its path, the loop is sound: events are ignored" + lost, said)
+    assert re.fullmatch("Hovering at the start of its path, the loop is sound: events are ignored" + lost, said)
     assert quick_grade(read_mission(mission))["why"].endswith("; events are ignored")
     assert said in " ".join(run.out.split())
     report = unescape((tmp_path / "linear" / "report.html").read_text(encoding="utf-8"))
@@ -325,7 +325,7 @@ def test_a_campaign_says_the_grade_of_the_mission_as_written(tmp_path, k_omega, 
     run = quadstep("campaign", file, "--out", tmp_path / "out", *more)
     assert run.code in (0, 4), run.err  # 4: a probability that is not shown
     found = grade(read_mission(mission))
-    sentence = f"At rest at the start of its path, the loop of the mission as written is {found.word}: {found.why}."
+    sentence = f"Hovering at the start of its path, the loop of the mission as written is {found.word}: {found.why}."
     assert (sentence in " ".join(run.out.split())) == (found.word != SOUND or "--rare" in more)
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")
     assert (found.why.split(";")[0] in report) == (found.word != SOUND or "--rare" in more)

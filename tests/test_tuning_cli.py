@@ -37,7 +37,7 @@ def test_what_it_writes_and_says(tmp_path):
     assert "<p>Nothing is random in this mission, so there is one flight with each set of gains." in report
     grade = metrics(out)["margins_at_rest"]
     assert grade["grade"] in ("fragile", "unstable")
-    rest = f"At rest at the start of its path, the loop with the tuned gains is {grade['grade']}: "
+    rest = f"Hovering at the start of its path, the loop with the tuned gains is {grade['grade']}: "
     assert re.search(rf"{better}: the objective falls by [\d.]+\s%\.</p><p>(The price: [^<]*\. )?{rest}", report)
     assert rest in done.out.replace("\n", " ")
     assert "unseen flights" not in report
@@ -67,11 +67,11 @@ REST = " the loop with the tuned gains"
 
 
 @pytest.mark.parametrize(("present", "tuned", "said"), [
-    ("sound", "fragile", f"at rest at the start of its path,{REST} is fragile"),
-    ("fragile", "unstable", f"at rest at the start of its path,{REST} is unstable"),
-    ("unstable", "unstable", f"at rest at the start of its path,{REST} is unstable"),
-    ("not linearised", "unstable", f"at rest at the start of its path,{REST} is unstable"),
-    ("sound", None, f"at rest at the start of its path,{REST} is not linearised: ask `quadstep linear`"),
+    ("sound", "fragile", f"hovering at the start of its path,{REST} is fragile"),
+    ("fragile", "unstable", f"hovering at the start of its path,{REST} is unstable"),
+    ("unstable", "unstable", f"hovering at the start of its path,{REST} is unstable"),
+    ("not linearised", "unstable", f"hovering at the start of its path,{REST} is unstable"),
+    ("sound", None, f"hovering at the start of its path,{REST} is not linearised: ask `quadstep linear`"),
     ("sound", NO_REST, f"no rest was found for{REST}"),
     ("fragile", "fragile", ""),
     ("fragile", "sound", ""),
@@ -89,7 +89,7 @@ def test_a_gain_near_the_end_of_its_range_is_named(tmp_path, monkeypatch):
     done = tune(written(tmp_path, text), tmp_path / "out")
     assert "controller.Lambda1 is near its upper bound; a wider range may give more." in done.out
     assert "near its upper bound" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    rest = "at rest at the start of its path, the loop with the tuned gains is unstable"
+    rest = "hovering at the start of its path, the loop with the tuned gains is unstable"
     said = f"Before you fly them: {rest}: it grows."
     assert done.out.lower().count(rest) == 1, "not again below"
     assert done.out.replace("\n", " ").startswith(said)

@@ -14,7 +14,7 @@ from quadstep.report.screen import say_whole
 HELP = "; --help lists what a command takes"
 
 WORDED = (
-    (r"Missing (?:argument|option) '(.*?)'\.(?: Choose from: *(.*))?", "{0}: missing; it is needed{2}", "; allowed: {1}"),
+    (r"Missing (?:argument|option) '(.*?)'\.(?: Choose from: *(.*))?", "{0} is required{2}", "; allowed: {1}"),
     (r"Got unexpected extra argument\(?s?\)? \((.*)\)", "{0!r:.60}: not expected; the command takes no further argument", ""),
     (r"Invalid value for '.*?': [Pp]ath '(.*)' is not readable\.", "{0}: cannot be read: Permission denied", ""),
     (r"Option '(.*)' requires an argument\.", "{0}: missing its value", ""),

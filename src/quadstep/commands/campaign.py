@@ -90,7 +90,7 @@ def envelope(
     ] = None,
     failure: Annotated[
         list[str] | None,
-        typer.Option(metavar="METRIC=MOST", help="Limit above which a flight counts as failed; may be repeated."),
+        typer.Option(metavar="METRIC=LIMIT", help="Limit above which a flight counts as failed; may be repeated."),
     ] = None,
     engine: Annotated[Engine, engine_option(CAMPAIGNS)] = Engine.LANES,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-envelope.")] = None,

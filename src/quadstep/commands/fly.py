@@ -30,7 +30,7 @@ def fly(
     require: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="METRIC=MOST",
+            metavar="METRIC=LIMIT",
             help="Upper limit for a metric of metrics.json, such as position_rmse=0.05; may be repeated.",
         ),
     ] = None,

@@ -72,7 +72,7 @@ def at_rest(rest: Mapping[str, str], whose: str = "the loop") -> str:
     why = f": {rest['why']}" if "why" in rest else ""
     if rest["grade"] == NO_REST:
         return f"no rest was found for {whose}{why}"
-    return f"at rest at the start of its path, {whose} is {rest['grade']}{why}"
+    return f"hovering at the start of its path, {whose} is {rest['grade']}{why}"
 
 
 def at_rest_sentences(rest: Mapping[str, str], whose: str = "the loop") -> list[str]:

@@ -1,4 +1,4 @@
-"""What is required of a run: `quadstep fly --require METRIC=MOST`, an upper limit for a metric of one flight;
+"""What is required of a run: `quadstep fly --require METRIC=LIMIT`, an upper limit for a metric of one flight;
 `quadstep campaign --require SHARE`, how large a share of flights must succeed for sure.
 """
 
@@ -46,7 +46,7 @@ def parsed(text: str) -> Requirement:
     name, separator, number = (part.strip() for part in text.partition("="))
     most = number_in(number)
     if not (name and separator) or not (math.isfinite(most) and most >= 0.0):
-        raise UserError(f"{OPTION} {text!r:.80}: should be METRIC=MOST with a number from 0, like position_rmse=0.05")
+        raise UserError(f"{OPTION} {text!r:.80}: should be METRIC=LIMIT, for instance position_rmse=0.05")
     return Requirement(name, most)
 
 

@@ -251,10 +251,10 @@ def is_noisy(planner: Planner, values: dict[str, object]) -> bool:
 
 
 def threshold(text: str, base: Campaign) -> tuple[str, float]:
-    """A criterion of failure, METRIC=MOST. Raises UserError."""
+    """A criterion of failure, METRIC=LIMIT. Raises UserError."""
     name, equals, most = (part.strip() for part in text.partition("="))
     if not equals:
-        raise UserError(f"--failure: {text!r:.60} cannot be parsed; give METRIC=MOST, such as position_rmse=0.5")
+        raise UserError(f"--failure: {text!r:.60} cannot be parsed; give METRIC=LIMIT, such as position_rmse=0.5")
     if name not in base.thresholds:
         raise UserError(f"--failure: {unknown_name('metric', name, base.thresholds)}")
     limit = number(f"--failure {name}", most)

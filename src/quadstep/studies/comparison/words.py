@@ -170,7 +170,7 @@ def unsound(results: Comparison) -> list[str]:
         loops = [(one, where) for (where, name), one in results.linear.items() if name == controller and one.grade != SOUND]
         for worst, where in sorted(loops, key=lambda loop: WORST_FIRST.index(loop[0].grade))[:1]:
             whose = f"the loop of {controller}{' without the estimator' if worst.estimator else ''}"
-            text = f"{f'on {where} ' if where else ''}{at_rest({'grade': worst.grade, 'why': worst.why}, whose)}"
+            text = f"{f'on {where}, ' if where else ''}{at_rest({'grade': worst.grade, 'why': worst.why}, whose)}"
             lines.append(f"{text[:1].upper()}{text[1:]}.")
     return lines
 
