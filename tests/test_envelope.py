@@ -287,6 +287,7 @@ def test_of_a_map_without_limits_as_many_flights_are_not_as_asked_as_have_that_g
         good, told = ended.count("as asked"), " ".join(run.out.split())
         found = re.search(r"; (none|\d+) of the (\d+) flights shown( that reach the end)? (?:is|are) (not )?as asked: ", told)
         assert bool(found) == (good < len(ended)), (told, grades)
+        assert ".." not in told
         if found:
             assert (int(found[2]), bool(found[3])) == (len(ended), len(ended) < len(grades))
             assert (found[1], found[4]) == (("none", None) if not good else (f"{len(ended) - good}", "not "))

@@ -84,7 +84,7 @@ def as_asked(envelope: Envelope) -> str:
     shown = f"{len(ended)} flights shown{' that reach the end' * (len(ended) < len(envelope.grades))}"
     bad = len(ended) - good
     said = f"{bad} of the {shown} {'is' if bad == 1 else 'are'} not as asked" if good else f"none of the {shown} is as asked"
-    return f"; {said}: {units.listed([f'{label} in {count}' for label, count in lack])}."
+    return f"; {said}: {units.listed([f'{label} in {count}' for label, count in lack])}"
 
 
 def how_sure(envelope: Envelope) -> str:
