@@ -6,10 +6,9 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from quadstep.studies.comparison.answer import MOST_FLIGHTS, answer, decisions
+from quadstep.studies.comparison.answer import answer, decisions
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, ranks, result
-from quadstep.studies.comparison.ranking import ALPHA, flights_to_decide, pair, signed_ranks
 from tests.challenge.decisions import METRIC, METRICS, flown, lopsided
 
 WHERE = Situation("", "", "calm")
@@ -27,20 +26,13 @@ def compared(**errors):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_tie_is_decided_by_about_as_many_flights_as_it_says_if_differences_stay_as_they_are(seed):
+def test_a_tie_says_that_its_flights_do_not_tell_two_apart(seed):
     random = np.random.default_rng(seed)
     gusts = np.exp(0.2 * random.normal(size=200))
     one, other = gusts, gusts + 0.05 * random.normal(0.05, 1.0, size=200)
     said = answer(found := compared(a=one, b=other))
     assert "are tied for best by position RMSE: 200 flights do not tell them apart" in said
     assert decisions(found)[0][-1] in said
-    wanted = flights_to_decide(pair("a", "b", *(flown(x, np.zeros(200, bool)) for x in (one, other)), METRIC), 1)
-    said_count = re.search(r"about ([\d,]+) would", said)
-    assert said_count is None or int(said_count[1].replace(",", "")) == wanted
-    assert said_count or wanted > MOST_FLIGHTS or wanted <= 200
-    if 400 < wanted <= MOST_FLIGHTS:
-        decided = [signed_ranks(random.choice(one - other, min(wanted, 20_000))) < ALPHA for _ in range(60)]
-        assert wanted > 20_000 or 0.65 < np.mean(decided) < 0.95
 
 
 def test_a_tie_never_names_the_smaller_median_the_better():

@@ -13,7 +13,7 @@ from quadstep.metrics.verdict import FlightGrade
 from quadstep.report.units import DIGITS, interval, listed, metric, number, percent, suited, unit_suffix
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
-from quadstep.studies.comparison.ranking import Pair, flights_to_decide
+from quadstep.studies.comparison.ranking import Pair
 from quadstep.studies.tuning.objective import NEGLIGIBLE
 
 MOST_NAMED = 4
@@ -21,9 +21,6 @@ MOST_NAMED = 4
 
 SEVERAL = 8
 """Controllers that a sentence names; more are counted, and tables have them."""
-
-MOST_FLIGHTS = 100_000
-"""Of a cell (`--seeds`)."""
 
 
 class Unit(NamedTuple):
@@ -183,11 +180,10 @@ def difference(results: Comparison, situation: Situation, one: str, other: str) 
 
 
 def decision(results: Comparison, situation: Situation, one: str, other: str) -> str:
-    """What is shown of two in a situation, and about how many flights would show more."""
+    """What is shown of two in a situation."""
     pair, flights = pair_of(results, situation, one, other), max(each.flights for each in results.of(situation))
     winner, tracks, keeps = better(results, situation, pair), pair.winner, pair.keeper
-    least, tiny = flights_to_decide(pair, results.undecided), f"by less than {100.0 * NEGLIGIBLE:g} %"
-    more = f"; {f'about {least:,}' if least <= MOST_FLIGHTS else f'not even {MOST_FLIGHTS:,}'} would"
+    tiny = f"by less than {100.0 * NEGLIGIBLE:g} %"
     texts = {
         f"{winner} is better": winner,
         f"they differ {tiny}": results.ranked[situation].copies,
@@ -197,7 +193,7 @@ def decision(results: Comparison, situation: Situation, one: str, other: str) ->
         f"{keeps} loses fewer flights": keeps,
     }
     open_ = f"{flights:,} flight{'s do' if flights != 1 else ' does'} not tell them apart"
-    return next((text for text, holds in texts.items() if holds), open_ + more * (least > flights and results.searches < 2))
+    return next((text for text, holds in texts.items() if holds), open_)
 
 
 def warned(results: Comparison) -> list[str]:

@@ -20,10 +20,9 @@ from typing import NamedTuple
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
-from scipy.stats import binomtest, norm, rankdata, wilcoxon
+from scipy.stats import binomtest, rankdata, wilcoxon
 
 from quadstep.metrics.statistics import LEVEL, Estimate, ordered_quantile, quantile, share
-from quadstep.report.units import rounded_up
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES
 from quadstep.studies.campaign.schema import Campaign
 
@@ -270,22 +269,6 @@ def fewest(pairs: int) -> int:
     by the number of pairs.
     """
     return math.floor(2.0 + math.log2(pairs / ALPHA))
-
-
-POWER = 0.8
-"""The chance to decide with as many flights as are said to."""
-
-
-def flights_to_decide(pair: Pair, undecided: int) -> int | float:
-    """About how many flights would decide a pair, one of so many undecided ones, in four of five comparisons (a power of 80 %)
-    if its effect is as found: rounded up to two digits; infinite where there is no effect.
-
-    Without one, the rank-biserial correlation of n flights is nearly normal with a variance of 4/(3 n).
-    """
-    if not pair.effect:
-        return math.inf
-    count = 4.0 / 3.0 * ((norm.isf(0.5 * ALPHA / max(1, undecided)) + norm.isf(1.0 - POWER)) / pair.effect) ** 2
-    return int(rounded_up(float(count), 2))
 
 
 def holm(ps: Sequence[float]) -> list[float]:

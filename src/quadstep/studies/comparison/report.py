@@ -70,7 +70,7 @@ LOOPS = (
 )
 DECIDING = (
     "First: the smallest median of those that lead; second: tied with it, or next. Differences are medians over the flights "
-    "that both complete, with 95 % intervals; that many flights would decide with 80 % probability."
+    "that both complete, with 95 % intervals."
 )
 MEDIANS = "{} of {}{}; a lost flight ranks worse than any other. In bold: best, or tied for best.{}{}"
 FAILING = "A disturbance is increased until flights fail, that is, are lost or exceed the error limit."
