@@ -285,13 +285,13 @@ def test_of_a_map_without_limits_as_many_flights_are_not_as_asked_as_have_that_g
         grades = [one["outcome"]["grade"] for one in data_of((out / "flights.html").read_text())["flights"]]
         ended = [one for one in grades if one != "lost"]
         good, told = ended.count("as asked"), " ".join(run.out.split())
-        found = re.search(r"; (none|\d+) of the (\d+) flights shown( that reach the end)? (?:is|are) (not )?as asked: ", told)
+        found = re.search(r"\. (None|\d+) of the (\d+) flights shown( that reach the end)? (?:is|are) (not )?as asked: ", told)
         assert bool(found) == (good < len(ended)), (told, grades)
         assert ".." not in told
         if found:
             assert (int(found[2]), bool(found[3])) == (len(ended), len(ended) < len(grades))
-            assert (found[1], found[4]) == (("none", None) if not good else (f"{len(ended) - good}", "not "))
-        seen.add(found and found[1] == "none")
+            assert (found[1], found[4]) == (("None", None) if not good else (f"{len(ended) - good}", "not "))
+        seen.add(found and found[1] == "None")
     assert seen == {True, False, None}, seen
 
 

@@ -73,18 +73,18 @@ DO = {"succeeded": "succeed", "reached the end": "reach the end"}
 
 
 def as_asked(envelope: Envelope) -> str:
-    """How many of the flights shown that reach the end are as asked, and what the others lack, in a clause after a semicolon;
+    """How many of the flights shown that reach the end are as asked, and what the others lack, in a sentence of its own;
     nothing where all are, or where the user set limits.
     """
     ended = [one for one in envelope.grades if one.grade is not FlightGrade.LOST]
     good = sum(one.grade is FlightGrade.AS_ASKED for one in ended)
     if good == len(ended) or envelope.asked.campaign.file.failure:
         return ""
-    lack = Counter(label for one in ended for label in one.labels).most_common(2)
+    lack = Counter(label for one in ended for label in one.labels).most_common()
     shown = f"{len(ended)} flights shown{' that reach the end' * (len(ended) < len(envelope.grades))}"
     bad = len(ended) - good
-    said = f"{bad} of the {shown} {'is' if bad == 1 else 'are'} not as asked" if good else f"none of the {shown} is as asked"
-    return f"; {said}: {units.listed([f'{label} in {count}' for label, count in lack])}"
+    said = f"{bad} of the {shown} {'is' if bad == 1 else 'are'} not as asked" if good else f"None of the {shown} is as asked"
+    return f". {said}: {units.listed([f'{label} in {count}' for label, count in lack])}"
 
 
 def how_sure(envelope: Envelope) -> str:
