@@ -123,10 +123,12 @@ def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
     share, off = metrics.get("relative_error"), metrics.get("position_rmse[m]")
     if log.outcome is not Outcome.COMPLETED or not (share and isinstance(share, float) and isinstance(off, float)):
         return ""
-    if not moves(log.table(*(f"{axis}_d" for axis in quantities.position_axes(log)))[log.column("t") >= since]):
+    wanted = log.table(*(f"{axis}_d" for axis in quantities.position_axes(log)))[log.column("t") >= since]
+    if not moves(wanted):
         return ""
     size = f"The path's size, {units.quantity(off / share, 'm')}, is the RMSE of a vehicle that never leaves its start"
-    return f"{size} (distances above {FAR:g} m count as {FAR:g} m). "
+    capped = np.linalg.norm(wanted - wanted[0], axis=1).max() > FAR
+    return f"{size}{f' (distances above {FAR:g} m count as {FAR:g} m)' * bool(capped)}. "
 
 
 def missed(ending: Metrics, name: str, base: str) -> float:
