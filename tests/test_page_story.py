@@ -209,9 +209,9 @@ def test_what_a_step_says_of_tilt_and_time_is_what_flies_and_what_physics_says()
     assert step.set == {"t_f": 6.0, "disturbance": 0.0} and f"up to {np.degrees(calm):.0f}°" in step.guess.ask
     squared = np.arctan(np.tan(calm) * (6.0 / 4.0) ** 2)
     assert [one.split("°")[0] for one in step.guess.choices] == [
-        f"{np.degrees(one):.0f}" for one in (1.5 * calm, squared, fast)
+        f"{np.degrees(one):.0f}" for one in (fast, squared, 1.5 * calm)
     ]
-    assert step.guess.answer == step.guess.choices[2]
+    assert step.guess.answer == step.guess.choices[0]
     assert f"it would be {np.degrees(tilt(4.0, 1.0)):.0f}° in 4 s" in text
     assert f"(without them, {np.degrees(tilt(4.0, 1.0, nets=False)):.0f}°)" in text
     share, climbs = np.linspace(0.0, 1.0, 4001), []
