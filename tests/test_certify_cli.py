@@ -56,7 +56,7 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     assert f"<dd>not tested<small>|r| is at most {found['flight']['largest_r']:.4g}, b<sub>r</sub> = " in page
     assert f"b<sub>r</sub> = {found['bounds']['b_r']:.4g}</small>" in page
     assert found["samples"] == 501
-    for needed in ("J_M max(Lambda2)", "largest error |r|", "coupling"):
+    for needed in ("J_M max(Lambda2)", "largest error |r|", "thrust that the proof covers"):
         assert needed in run.out
 
 
@@ -71,9 +71,11 @@ def test_a_diverging_flight_ends_with_3_and_keeps_its_certificate(tmp_path, undr
     assert not conditions["coupling_holds"]
     assert min(conditions["printed: K_r2 - J_M Lambda2 [N m s]"]["anywhere"]) == pytest.approx(1.0)
     assert found["looked_at_until[s]"] < found["ended[s]"] < 10.0
-    said = "although the printed conditions of Theorem 5.1 hold. The coupling of the two loops, which they leave out, allows a"
+    said = (
+        "although the printed conditions of Theorem 5.1 hold. With the coupling of the loops, which they leave out, the proof"
+    )
     assert run.out.startswith(
-        f"Lost at {found['ended[s]']:.4g} s, {said} thrust of {conditions['u_max_allowed[N]']['visited']:.4g} N"
+        f"Lost at {found['ended[s]']:.4g} s, {said} covers thrusts up to {conditions['u_max_allowed[N]']['visited']:.4g} N"
     )
     judged = f"this flight took {conditions['u_max[N]']:.4g} N before {found['looked_at_until[s]']:.3g} s."
     assert judged in run.out  # later it takes a hundred times that
@@ -85,7 +87,7 @@ def test_a_diverging_flight_ends_with_3_and_keeps_its_certificate(tmp_path, undr
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert page.count('class="holds"') == 4
     (failed,) = re.findall(r"<tr><td>([^<]*)</td>(?:(?!</tr>).)*class=\"fails\"", page)
-    assert failed == "thrust that coupling allows"
+    assert failed == "thrust that the proof covers"
     (row,) = re.findall(rf"{failed}</td><td>(.*?)</td><td>(.*?)</td>", page)
     allowed = conditions["u_max_allowed[N]"]
     assert [html.unescape(cell).replace("\u00a0", " ") for cell in row] == [
@@ -165,7 +167,7 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     assert (
         "What follows is faint and not judged: the law then commands a thrust that swings past straight down, where" in caption
     ) == lost
-    assert caption.endswith(f"The coupling allows a thrust of {found.conditions.thrust_bound:.4g} N.")
+    assert caption.endswith(f"The proof covers thrusts up to {found.conditions.thrust_bound:.4g} N.")
     (begins,) = re.findall(r"as areas from (\S+) s on, where", stacked(found)) or ["0"]
     assert (4.0 <= float(begins) < found.until) == lost
     assert stacked(found).endswith(f"Too small to be drawn: {'weights' if lost else 'weights and coupling'}.")
@@ -173,7 +175,7 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     done = record(found)["lyapunov"]["work[J]"]
     value = found.lyapunov.value
     assert sum(done[key] for key in TERMS if key != "filtering") == pytest.approx(value[-1] - value[0], rel=1e-9)
-    assert ("The coupling of the two loops" in answer(found)) == lost
+    assert ("With the coupling of the loops" in answer(found)) == lost
     *parts, total = tables(found).changes
     assert (len(parts), total[0]) == (len(TERMS), "sum (the filter's lag is already in the coupling)")
     assert tables(found).levels[0][0] == "at the start"

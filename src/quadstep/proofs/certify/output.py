@@ -171,7 +171,7 @@ def tables(c: FlightCertificate) -> Tables:
             ["K_r2 - J_M Lambda2 (printed)", brief(min(k.printed_visited), "N m s"),
              "> 0", mark(min(k.printed_visited), printed)],
             ["K_r2 - J_M max(Lambda2)", brief(k.k_2, "N m s"), "> 0", mark(k.k_2, corrected)],
-            ["thrust that coupling allows", brief(k.thrust_bound, "N"), f"> {k.thrust:.4g} N",
+            ["thrust that the proof covers", brief(k.thrust_bound, "N"), f"> {k.thrust:.4g} N",
              mark((k.thrust_bound or 0.0) - k.thrust, (k.thrust_bound_anywhere or 0.0) - k.thrust)],
             [f"J_M ({k.j_anywhere:.4g} at any attitude)", brief(k.j_visited, "kg m^2"), "", ""],
         ],

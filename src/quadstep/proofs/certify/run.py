@@ -63,7 +63,7 @@ def bounded(name: str, values: Array, bound: str, radius: float | None, later: A
 
 
 def figures_of(c: FlightCertificate, name: str) -> list[FigureJob]:
-    """|r| with b_r beside the thrust with what the coupling allows; and what each term has added to L.
+    """|r| with b_r beside the thrust with what the proof covers; and what each term has added to L.
 
     Axes are logarithmic: a transient takes milliseconds, what it leaves is thousands of times smaller. So is time, but not of
     a lost flight, whose end is what matters.
@@ -71,7 +71,7 @@ def figures_of(c: FlightCertificate, name: str) -> list[FigureJob]:
     k, title, log_time = c.conditions, f"{name}: Theorem 5.1 on this flight", c.outcome is Outcome.COMPLETED
     first = [
         bounded("|r|", c.r, "b_r", c.b_r, c.later),
-        bounded("thrust", c.history.thrust, "allowed by the coupling", k.thrust_bound, c.later[:0], "N"),
+        bounded("thrust", c.history.thrust, "covered by the proof", k.thrust_bound, c.later[:0], "N"),
     ]
     t = np.append(c.history.t, c.history.t[-1] + c.history.period * np.arange(1, len(c.later) + 1))
     figures = ((NAME, first), (CHANGES, [Panel("added to L", "J", visible(c), STACKED)]))
@@ -108,7 +108,7 @@ def evidence(c: FlightCertificate, name: str, verdict: str, mission: dict[str, o
 CONDITIONS = ("", "this flight", "must be", "verdict")
 ASKED = (
     "Each margin is the smallest over the axes; what holds on this flight only does not at every attitude. J_M is the largest "
-    "eigenvalue of J on this flight. The coupling allows a thrust of 2 l_2 sqrt(k_1 k_2): k_1 and k_2 are the first and the "
+    "eigenvalue of J on this flight. The proof covers thrusts up to 2 l_2 sqrt(k_1 k_2): k_1 and k_2 are the first and the "
     "third margin, and l_2 is the smallest entry of Lambda2."
 )
 BALL = (

@@ -99,8 +99,8 @@ def omitted(c: FlightCertificate) -> str:
     k = c.conditions
     if not k.hold:
         return f"The corrected condition does not: {'; '.join(k.broken())}."
-    left_out = f"The coupling of the two loops, which they leave out, allows a thrust of {k.thrust_bound:.4g} N at most"
-    return f"{left_out}; this flight took {k.thrust:.4g} N{f' before {c.until:.3g} s' * bool(len(c.later))}."
+    covered = f"With the coupling of the loops, which they leave out, the proof covers thrusts up to {k.thrust_bound:.4g} N"
+    return f"{covered}; this flight took {k.thrust:.4g} N{f' before {c.until:.3g} s' * bool(len(c.later))}."
 
 
 def untested(c: FlightCertificate) -> list[str]:
@@ -180,7 +180,7 @@ def seen(c: FlightCertificate) -> str:
     why = f": the law then commands {c.undefined}{NO_RATES}" * bool(c.undefined)
     rest = f" What follows is faint and not judged{why}." if judged else ""
     bound = c.conditions.thrust_bound
-    return f"{judged}{of_ball(c)}.{rest}{f' The coupling allows a thrust of {bound:.4g} N.' if bound else ''}"
+    return f"{judged}{of_ball(c)}.{rest}{f' The proof covers thrusts up to {bound:.4g} N.' if bound else ''}"
 
 
 def stacked(c: FlightCertificate) -> str:
