@@ -2,7 +2,8 @@
 
 import pytest
 
-from quadstep.page.build import fly_missions
+from quadstep.engines.engine import Engine
+from quadstep.page.build import build_page, fly_missions, with_walk
 from quadstep.page.story import OWN, read_story
 from tests.browsers import axe
 from tests.commands import LINE, write
@@ -185,13 +186,16 @@ def test_in_a_walk_a_flight_is_compared_with_its_step_as_it_began(open_page, tmp
     step = STEP.format(number=1).replace('"net"', '"position-error"\nset = { K_r1 = 6.0 }')
     story = write(tmp_path, "# A walk\n\n" + step, "story.md")
     write(tmp_path, (EXAMPLES / "case1.toml").read_text(), "mission.toml")
-    page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"))
+    (flown,), walk = with_walk([], read_story(story), Engine.LANES)
+    noted = build_page("A walk", (), [flown._replace(note="Of the file.")], walk=walk)
+    page = open_page(file=write(tmp_path, noted, "page.html"))
     page.click("#guide-start")
     assert page.locator(".guide-place span").inner_text() == "Step 1 of 1"
     began = page.locator("#summary-figures dd").first.inner_text()
     assert page.locator("#summary-figures .filed").count() == 0
     page.evaluate("quadstep.setControl('K_r1', [4, 4, 4])")
     assert page.locator("#summary-figures .filed").first.inner_text() == f"was {began}"
+    assert page.locator("#controls .hinted").inner_text().startswith("Drag a slider")  # the text is of the step
 
 
 def test_time_pauses_where_the_plots_of_a_step_end_and_goes_on_when_asked(open_page, tmp_path):

@@ -36,7 +36,7 @@ export class ControlPane {
     }
     for (const { card, owner } of this.cards) card.show(valuesOf(settings, card.control, owner));
     this.hint.classList.toggle("hinted", data.note !== "");
-    this.hint.textContent = data.note && !shown.asFiled ? STALE : "Drag a slider: the vehicle flies again as you drag."; // as high, or the slider would leave the hand
+    this.hint.textContent = data.note && !shown.asFiled && !document.body.dataset["walking"] ? STALE : "Drag a slider: the vehicle flies again as you drag."; // as high, or the slider would leave the hand
     const ghost = this.host.querySelector<HTMLSelectElement>("#ghost");
     if (ghost) ghost.value = settings.ghost;
     const reset = this.host.querySelector<HTMLButtonElement>("#reset");
