@@ -38,6 +38,7 @@ def test_page_writes_one_file_that_opens_by_itself(tmp_path, mission):
     assert quadstep("page", mission, mission, "--out", "two.html", "--engine", "python").code == 0
     assert len(data_of((tmp_path / "two.html").read_text())["flights"]) == 2
     assert quadstep("page", mission).code == 0  # a page is replaced
+    assert "Page: named.html (" in quadstep("page", mission, "--out", "named").out  # a desktop opens it by its ending
 
 
 def test_page_keeps_other_files_and_says_so_in_one_line(tmp_path, mission):

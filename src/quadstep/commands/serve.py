@@ -40,7 +40,7 @@ def page(
     """
     files = missions or []
     named = files[0].stem if len(files) == 1 else "page" if story is None else story.stem
-    target = out or Path("out") / f"{named}.html"
+    target = as_page(out or Path("out") / f"{named}.html")
     check_target(target)
     text = link_pair(target, page_of(files, engine, story))
     write_beside(target, text, parents=True)
@@ -67,6 +67,11 @@ def page_of(missions: list[Path], engine: Engine, story: Path | None) -> str:
     from quadstep.studies.paper.page import fly_paper
 
     return fly_paper(engine, walk)
+
+
+def as_page(path: Path) -> Path:
+    """With the ending by which a desktop knows a page, where a new file has none."""
+    return path if path.suffix or path.exists() else path.with_suffix(".html")
 
 
 def check_target(path: Path) -> None:
@@ -108,6 +113,7 @@ def explain(
     """
     from quadstep.proofs.article import article
 
+    out = as_page(out)
     check_target(out)
     text = link_pair(out, article())
     write_beside(out, text, parents=True)
