@@ -143,7 +143,7 @@ def test_a_step_that_wants_a_flight_as_asked_is_not_done_by_one_that_begins_to_s
     story = write(tmp_path, "# A walk\n\n" + step + any_that_completes, "story.md")
     page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"))
     page.click("#guide-start")
-    for gain, told in ((70.0, "Try to reach"), (75.0, "✓ Done"), (6.0, "Try to reach")):
+    for gain, told in ((70.0, "Goal"), (75.0, "✓ Done"), (6.0, "Goal")):
         page.evaluate("gain => quadstep.setControl('K_r2', [gain, gain, gain])", gain)
         assert (
             page.locator(".guide-goal").inner_text() == f"{told}: a flight as asked with RMSE up to 10.0\N{NO-BREAK SPACE}mm."
