@@ -13,8 +13,8 @@ from quadstep.page import build
 from quadstep.page.build import Walk, fly_missions, page_data
 from quadstep.page.laws import NEURONS, Laws
 from quadstep.page.story import OWN, read_story
-from quadstep.studies.paper.cases import case_1, case_3, main_cases, stress
-from quadstep.studies.paper.page import NOTES, stress_id
+from quadstep.studies.paper.cases import case_1, case_3, main_cases, stress, stress_flights
+from quadstep.studies.paper.page import stress_id
 from tests.commands import quadstep
 from tests.pages import FLIGHTS, STAND_IN, data_of, flown, fly_page, needs_node, write_page
 
@@ -264,10 +264,9 @@ def test_a_rotor_may_fail_as_far_as_its_step_wants(left, above):
     assert log.column("z_d").min() == high
 
 
-def test_the_note_of_case_1_names_its_margin_at_rest():
-    rest = grade(case_1())
-    assert rest.word == "fragile" and rest.why == "phase margin 29.4° in thrust (less than 30.0°)"
-    assert "its loop at rest is fragile: the phase margin is 29.4°, less than 30°." in NOTES["case1"]
+def test_the_loop_at_rest_of_a_stress_flight_is_that_of_case_1():
+    flights = [case_1(), stress_flights()[3.0, 5.0, True], stress_flights()[20.0, 0.0, True]]
+    assert {grade(one)[:2] for one in flights} == {("fragile", "phase margin 29.4° in thrust (less than 30.0°)")}
 
 
 @needs_node

@@ -11,7 +11,8 @@ from quadstep.engines.fly import FlightPlan
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.io.errors import UserError
-from quadstep.metrics.registry import Metrics, metric
+from quadstep.linear.grade import quick_grade
+from quadstep.metrics.registry import AT_REST, Metrics, metric
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.page.build import build_page, with_walk
 from quadstep.page.flights import ShownFlight
@@ -22,6 +23,7 @@ from quadstep.studies.paper.cases import (
     STRESS_TIMES,
     PaperStudy,
     StudyPlans,
+    case_1,
     case_title,
     fly_study,
     further_flights,
@@ -37,7 +39,7 @@ CASES, VARIANTS, STRESS = "The paper's cases", "Without nets", "Stress flights"
 
 NOTES = {
     "case1": "To (20, 5, 10) m in 40 s. The disturbance stays below 0.0003 N, too little to test the nets: raise it, or "
-    "shorten t_f. Though it flies as asked, its loop at rest is fragile: the phase margin is 29.4°, less than 30°.",
+    "shorten t_f.",
     "case2": "Only x moves; y, z and roll should stay unaffected.",
     "case3-adaptive": "Up by 10 m, starting half a metre off in x and in y, and tilted. Fly nested saturations as a ghost.",
     "case3-nested": "The same flight with the controller of reference [11], Castillo, Lozano and Dzul (2005).",
@@ -129,13 +131,14 @@ def flown_study(study: PaperStudy, plans: StudyPlans, claims: Sequence[ClaimView
     found: list[ShownFlight] = []
 
     def add(
-        name: str, title: str, group: str, mission: LagrangeMission, plan: FlightPlan, metrics: Metrics, log: FlightLog | None
-    ) -> None:
+        name: str, title: str, group: str, mission: LagrangeMission, plan: FlightPlan, metrics: Metrics, log: FlightLog | None,
+        at_rest: LagrangeMission | None = None,
+    ) -> None:  # fmt: skip
         concerned = tuple(number for number, claim in enumerate(claims) if name in claim.flights)
         found.append(
-            ShownFlight(name, title, group, mission, plan, log or as_reported(plan, metrics), metrics,
-                note=NOTES.get(name, ""),
-                  claims=concerned, warnings=plan.warnings)
+            ShownFlight(name, title, group, mission, plan, log or as_reported(plan, metrics),
+                {**metrics, AT_REST: dict(quick_grade(at_rest or mission))}, note=NOTES.get(name, ""), claims=concerned,
+                warnings=plan.warnings)
         )  # fmt: skip
 
     for key, mission in main_cases().items():
@@ -147,7 +150,8 @@ def flown_study(study: PaperStudy, plans: StudyPlans, claims: Sequence[ClaimView
     for (duration, scale, nets), mission in stress_flights().items():
         title = f"path of {duration:g} s, disturbance × {scale:g}, nets {'on' if nets else 'off'}"
         case = (duration, scale, nets)
-        add(stress_id(*case), title, STRESS, mission, plans.stress[case], study.stress[case], None)
+        add(stress_id(*case), title, STRESS, mission, plans.stress[case], study.stress[case], None,
+            case_1() if nets else further_flights()["case1 without nets"])  # fmt: skip
         cell = Cell(f"Nets {'on' if nets else 'off'}", f"× {scale:g}", f"{duration:g} s", "disturbance", "time t_f")
         found[-1] = found[-1]._replace(cell=cell)
     return found
