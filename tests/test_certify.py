@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from quadstep.control.backstepping import Backstepping
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import fly
 from quadstep.engines.loop import Loop
@@ -16,7 +17,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.reductions import rmse
 from quadstep.numbers import Vector, vector, where
-from quadstep.proofs.certify.certificate import certify_plan, check_path, error_radius, weight_radius
+from quadstep.proofs.certify.certificate import certify_plan, check_path, check_plan, error_radius, weight_radius
 from quadstep.proofs.certify.history import fit_all, recall, residual_bound, targets, weight_bound
 from quadstep.proofs.certify.lyapunov import conditions, matrices
 from quadstep.proofs.certify.output import record
@@ -28,6 +29,16 @@ from tests.certificates import LINE, plan, still
 
 UNEQUAL = {"mass": 1.3, "inertia": [4.0, 5.0, 6.0]}
 OFF = {"position": [0.2, -0.1, 0.0], "attitude": [0.1, 0.05, -0.1]}
+
+
+def test_a_law_derived_from_the_papers_is_not_taken_for_it():
+    class Derived(Backstepping):
+        """May command anything."""
+
+    law = plan()
+    check_plan(law)
+    with pytest.raises(UserError, match=r"Derived is not the law of Theorem 5\.1"):
+        check_plan(law._replace(loop=replace(law.loop, controller=Derived())))
 
 
 def every_sample(plan):

@@ -41,9 +41,10 @@ AGAINST_GUESSES = (
 )
 
 INTERVALS, REACH = f"{FIGURES}/intervals", 60.0
+"""Of every parameter, up to so many per cent of its value."""
+
 OF_INTERVALS = "The shorter the bar, the better the flights determine the parameter, with mass, k_f and J_z as given."
 UNKNOWN = " Orange: not known to within 50 %."
-"""Of every parameter, up to so many per cent of its value."""
 
 AHEAD = 10
 """Samples ahead of which the figures of an identification's flights speak."""

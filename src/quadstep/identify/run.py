@@ -83,7 +83,11 @@ def for_test(flights: Sequence[FlightRecord]) -> list[FlightRecord]:
         return sorted(flights, key=lambda one: -min(spreads(one, certain(one)).get(axis, 0.0) for axis in axes))
 
     unseen = turning(*TUNED)[1::HELD_OUT]
-    return unseen + [turning(axis)[1] for axis in untested(unseen) if axis not in untested([turning(axis)[1]])]
+    for axis in TUNED:
+        second = turning(axis)[1]
+        if axis in untested(unseen) and axis not in untested([second]):
+            unseen.append(second)
+    return unseen
 
 
 def certain(flight: FlightRecord) -> Flags:

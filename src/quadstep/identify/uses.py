@@ -15,7 +15,7 @@ from quadstep.report.units import interval_texts, listed, number
 ENOUGH = 0.5
 """Share of itself within which a number must be known for a use that rests on it."""
 
-SPEED, LATE = "command.speed", "rotor lag and delay"
+SPEED, LATENESS = "command.speed", "rotor lag and delay"
 """What thrust grows with; what makes a loop late, of which flights tell the sum better than the parts."""
 
 TUNED = {"roll": "inertia[0]", "pitch": "inertia[1]"}
@@ -24,7 +24,7 @@ TUNED = {"roll": "inertia[0]", "pitch": "inertia[1]"}
 QUICK = "quick reversals of {}, with a motor command logged every 10 ms or faster"
 
 USES = {
-    **{axis: ((axis, LATE), QUICK.format(axis)) for axis in TUNED},
+    **{axis: ((axis, LATENESS), QUICK.format(axis)) for axis in TUNED},
     "yaw": (("rotor.torque_coefficient", "rotor.inertia"), "quick changes of heading"),
     "thrust in hover and climbs": ((SPEED, "command.exponent"), "climbs and descents that vary the thrust"),
     "speed and wind": (("drag.rotor[0]", "drag.flapping"), "fast level flight in several directions"),
@@ -44,7 +44,7 @@ NAMES = tuple(dict.fromkeys(key for keys, _ in USES.values() for key in keys))
 
 def of(fit: Identified, key: str) -> Fitted | None:
     """What a use rests on, if the flights determine it; of the gain of a loop, the inertia."""
-    return fit.late if key == LATE else fit.fitted.get(TUNED.get(key, key))
+    return fit.late if key == LATENESS else fit.fitted.get(TUNED.get(key, key))
 
 
 def reach(fit: Identified, key: str) -> tuple[float, float]:
@@ -64,12 +64,14 @@ def reach(fit: Identified, key: str) -> tuple[float, float]:
 
 def within(fit: Identified, key: str) -> str:
     """Within which share of itself it is known."""
-    size = max(reach(fit, key))
-    return f"{number(100.0 * size, 2)} %" if size < math.inf else "sign unknown" if of(fit, key) else "not determined"
+    size, one = max(reach(fit, key)), of(fit, key)
+    if size < math.inf:
+        return f"{number(100.0 * size, 2)} %"
+    return "sign unknown" if one and (one.either_sign or one.value == 0.0) else "not determined"
 
 
 def in_short(key: str) -> str:
-    return f"gain of {key}" if key in TUNED else key if key == LATE else in_words(key)
+    return f"gain of {key}" if key in TUNED else key if key == LATENESS else in_words(key)
 
 
 def uses(fit: Identified, idle: Sequence[str] = ()) -> TableSection:
@@ -95,7 +97,7 @@ def cards(fit: Identified, compared: ErrorTable | None, period: float) -> list[F
         shown.append(Fact(in_short(axis), f"within {size}" if "%" in size else size, "full thrust over inertia, 95 %"))
     if fit.late:
         value, low, high, unit = interval_texts(*fit.late[:3], "s", 0.05)
-        shown.append(Fact(LATE, value + unit, f"95 % interval: {low} to {high}{unit}"))
+        shown.append(Fact(LATENESS, value + unit, f"95 % interval: {low} to {high}{unit}"))
     if not compared:
         return [*shown, Fact("held-out flights", "none")]
     rates = facts(compared, period)[-1]

@@ -124,7 +124,7 @@ class Controller(Generic[M, Y, G, U]):
 
     name: the `type` in mission files. label: on the page and in tables. source: the paper. off_command: why the attitude
     stays off the desired attitude of its `Command` in moving air, "" if it does not. theorem: whether it is the law that the
-    paper's Theorem 5.1 is about, which `certify` takes. Gains: its `NamedTuple` of declared
+    paper's Theorem 5.1 is about, which `certify` takes; a law derived from that is not. Gains: its `NamedTuple` of declared
     gains. defaults: defaults that differ from those declared, by field. measures: the type of the law's input, which also
     decides what the controller flies: a `Measured` of a real vehicle, or a `State` of the paper's plant. also_measures:
     further fields of `Measured` that it needs; other fields are neither measured nor computed. commands: the type that `law`
@@ -158,6 +158,10 @@ class Controller(Generic[M, Y, G, U]):
     supported: ClassVar[Mapping[str, tuple[float, ...]]] = {}
     renamed: ClassVar[Mapping[str, str]] = {}
     ordered: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        cls.theorem = "theorem" in vars(cls) and cls.theorem
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:  # noqa: ARG003 (others need it)
