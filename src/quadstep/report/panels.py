@@ -251,7 +251,7 @@ def in_space(log: FlightLog, suffix: str = "") -> NDArray[np.float64]:
 
 
 def left_path(log: FlightLog, metrics: Metrics) -> str:
-    """That a flight, if not as asked, left its path or the point to hold (docs/metrics.md), in a sentence; or ""."""
+    """That a flight, if not as commanded, left its path or the point to hold (docs/metrics.md), in a sentence; or ""."""
     largest, share = metrics.get("largest_error[m]"), metrics.get("relative_error")
     if graded(metrics).grade is not FlightGrade.FLEW_BUT or not isinstance(largest, float) or not len(log.rows):
         return ""
