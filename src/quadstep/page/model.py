@@ -244,8 +244,7 @@ class StepView(NamedTuple):
 
     watch: a panel's id, "net" or "scene". look: at what of it. time: where the cursor starts [s]. window: the stretch of
     time of the plots [s].
-    success: within what a completed flight's numbers have to be, by the names of measures [m, rad]. asCommanded: its
-    grade, too.
+    success: within what a completed flight's numbers have to be, by the names of measures [m, rad]. asAsked: its grade, too.
     solution: what reaches it, as values.
     """
 
@@ -263,7 +262,7 @@ class StepView(NamedTuple):
     camera: str
     guess: GuessView | None
     success: dict[str, list[float]]
-    asCommanded: bool  # noqa: N815
+    asAsked: bool  # noqa: N815
     solution: dict[str, list[float]]
 
 

@@ -140,7 +140,8 @@ class Flight(FlightLog):
 
     def _repr_html_(self) -> str:
         """The view in a notebook: a table of results and the position over time."""
-        said = summarise(self.name, self, self.metrics(), self.warnings, [], self.mission)
+        ended = ending_state(self.plan, self)
+        said = summarise(self.name, self, self.metrics(), self.warnings, [], self.mission, ended=ended)
         parts = [f"<strong>{escape(said.name)}</strong>", paragraph(said.ending)]
         parts += [paragraph(f"Warning: {warning}") for warning in said.warnings]
         if said.rows:

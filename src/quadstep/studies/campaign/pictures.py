@@ -141,20 +141,20 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
 
 
 class ByKey(NamedTuple):
-    """What is drawn over a key. good: share of successes by bin, for bins that have flights; errors: `QUANTILES` of the
-    position RMSE of completed flights by bin, for bins that have any.
+    """What is drawn over a key. good: share of successes by bin, for bins that have flights; errors: `QUANTILES` of a metric
+    of completed flights by bin, for bins that have any.
     """
 
     good: dict[int, Estimate]
     errors: dict[int, Numbers]
 
 
-def by_key(bins: Bins, success: NDArray[np.bool_], rmse: Numbers, where: NDArray[np.bool_]) -> ByKey:
-    """Some flights of each bin. rmse: one number per flight, NaN where it did not complete; where: which."""
+def by_key(bins: Bins, success: NDArray[np.bool_], metric: Numbers, where: NDArray[np.bool_]) -> ByKey:
+    """Some flights of each bin. metric: one number per flight, NaN where it did not complete; where: which."""
     counts = np.bincount(bins.places[where], minlength=bins.size)
     good = np.bincount(bins.places[where], success[where], minlength=bins.size).astype(int)
-    known = np.isfinite(rmse) & where
-    places, values = bins.places[known], rmse[known]
+    known = np.isfinite(metric) & where
+    places, values = bins.places[known], metric[known]
     small = places.astype(np.int16)  # sorted by counting
     apart = np.split(values[np.argsort(small, kind="stable")], np.cumsum(np.bincount(places, minlength=bins.size))[:-1])
     errors = {place: np.quantile(some, QUANTILES) for place, some in enumerate(apart) if len(some)}
@@ -162,15 +162,18 @@ def by_key(bins: Bins, success: NDArray[np.bool_], rmse: Numbers, where: NDArray
 
 
 class PlottedKey(NamedTuple):
-    """What is drawn over a key. name: as its axis has it; lines: by the value of another key, if that matters much."""
+    """What is drawn over a key. name: as its axis has it; lines: by the value of another key, if that matters much; metric:
+    with its limit.
+    """
 
     name: str
     bins: Bins
     lines: Mapping[str, ByKey]
+    metric: tuple[str, float | None]
 
 
 def draw_keys(path: Path, keys: Sequence[PlottedKey], sheet: Sheet = SCREEN) -> None:
-    """Success rates over keys side by side; over one, also the position RMSE."""
+    """Success rates over keys side by side; over one, also the metric."""
     with drawing(sheet):
         panels = [(one, draw_success) for one in keys] + [(one, draw_errors) for one in keys if len(keys) == 1]
         columns = sheet.side_by_side(len(panels), 2.4)
@@ -238,11 +241,13 @@ def draw_success(axes: Axes, key: PlottedKey) -> None:
 
 
 def draw_errors(axes: Axes, key: PlottedKey) -> None:
-    """Median and the middle 80 % of the position RMSE in each bin."""
+    """Median and the middle 80 % of the metric in each bin, with its limit."""
     bins, lines = key.bins, {name: one.errors for name, one in key.lines.items()}
     every = np.array([some for errors in lines.values() for some in errors.values()]).reshape(-1, len(QUANTILES))
-    unit, factor = units.handy("m", float(every.max(initial=0.0)))
-    axes.set_title(f"position RMSE [{unit}]: median and middle 80 %")
+    (name, limit), most = key.metric, float(every.max(initial=0.0))
+    what, known = units.metric(name)
+    unit, factor = units.handy(known, most)
+    axes.set_title(f"{what}{f' [{unit}]' * (unit != '-')}: median and middle 80 %")
     if not len(every):
         axes.text(0.5, 0.5, "none completed", transform=axes.transAxes, ha="center")
         return
@@ -256,9 +261,12 @@ def draw_errors(axes: Axes, key: PlottedKey) -> None:
             axes.hlines(middle, left, right, color=color, linewidth=1.6)
         else:
             axes.fill_between(at, low, high, linewidth=0.0, color=color, alpha=0.35)
-            median = f"median{f' {name}' * bool(name)} [{unit}]"
+            median = f"median{f' {name}' * bool(name)}{f' [{unit}]' * (unit != '-')}"
             axes.plot(at, middle, color=color, linewidth=1.4, marker="o", markersize=2.5, label=median)
-    least, most = factor * float(every.min()), factor * float(every.max())
+    least, most = factor * float(every.min()), factor * most
+    if limit is not None and limit * factor <= NEAR * most:
+        axes.axhline(limit * factor, color=LIMIT, linestyle="--", linewidth=1.4)
+        axes.text(0.99, limit * factor, "limit", transform=axes.get_yaxis_transform(), color=LIMIT, va="bottom", ha="right")
     if spans_decades(least, most):
         axes.set_ylim(0.8 * least, 1.25 * most)
         logarithmic(axes, "y")

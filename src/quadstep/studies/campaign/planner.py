@@ -24,17 +24,7 @@ from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
-from quadstep.studies.campaign.draws import (
-    DrawnColumn,
-    Values,
-    Variants,
-    corners,
-    draw,
-    groups,
-    numbers,
-    option,
-    same,
-)
+from quadstep.studies.campaign.draws import DrawnColumn, Values, Variants, corners, draw, groups, numbers, option, same
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.world.air import DeclaredWind
 

@@ -112,7 +112,10 @@ def evidence(of: ReportSubject) -> Evidence:
     again = dict(zip(seen, flown_again(of.campaign, seen), strict=True))
     mission, keys = of.campaign.mission, of.campaign.file.keys
     begun = from_the_start(mission, keys, lambda key: number(of.store.read([key])[key]), number(flown[LARGEST]), through)
-    first, more = key_sections(of, rmse, success)
+    limits = limits_of(of.campaign)
+    judged = next(iter(limits), RMSE)
+    metric = PlottedMetric(judged, np.where(through, number(of.store.read([judged])[judged]), np.nan), limits.get(judged))
+    first, more = key_sections(of, rmse, success, metric)
     ends = distribution_section(of, flown, through)
     errors = [figure("distributions", text.errors_seen(summary))] if (of.folder / "distributions.svg").is_file() else []
     sections = [
@@ -200,9 +203,11 @@ def limits_of(campaign: Campaign) -> dict[str, float]:
 
 
 def key_sections(
-    of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[np.bool_]
+    of: ReportSubject, rmse: NDArray[np.float64], success: NDArray[np.bool_], metric: PlottedMetric
 ) -> tuple[list[Figure], list[Section]]:
-    """What the result depends on: figures of the keys that failures go with, for the top; the ranking, then other keys."""
+    """What the result depends on: figures of the keys that failures go with, for the top; the ranking, then other keys.
+    metric: drawn over them, a number per flight, NaN where it did not complete.
+    """
     campaign, columns, findings = of.campaign, of.columns, of.summary.findings
     keys = campaign.file.keys
     if not keys:
@@ -220,7 +225,8 @@ def key_sections(
         body.append(figure("ranking", RANKING))
     named = {key for about in findings.values() for key in about}
     body += key_text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()})
-    at_top = list(dict.fromkeys(about[0] for about in list(findings.values())[bool(of.summary.by) :]))[:MOST_FIRST]
+    headline = next(iter(findings.values()))[0] if of.summary.by else ""
+    at_top = list(dict.fromkeys(about[0] for about in findings.values() if about[0] != headline))[:MOST_FIRST]
     drawn: dict[str, PlottedKey] = {}
     shown: dict[str, Figure] = {}
     clear = {key for key in keys if key_text.ERROR in ranking[key] and certain(ranking[key][key_text.ERROR], len(ranking))}
@@ -228,8 +234,10 @@ def key_sections(
         cut = bins(columns[key], campaign.file.vary.get(key))
         name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
         apart = next((other for other in ranking if other in (named | clear) - {key} and few_values(columns[other])), None)
-        lines = {what: by_key(cut, success, rmse, where) for what, where in values_of(apart, columns, len(success)).items()}
-        drawn[key] = PlottedKey(label(campaign.mission, key), cut, lines)
+        lines = {
+            what: by_key(cut, success, metric.values, where) for what, where in values_of(apart, columns, len(success)).items()
+        }
+        drawn[key] = PlottedKey(label(campaign.mission, key), cut, lines, (metric.name, metric.limit))
         draw_keys(of.folder / name, [drawn[key]], of.sheet)
         told = text.of_key(findings, key)
         if not (told or of.summary.statistical):

@@ -111,8 +111,7 @@ class CampaignFile(Section):
     ] = Field(default_factory=dict)
     correlated: Annotated[Several[CorrelatedKeys], Quantity("", "keys that vary jointly")] = ()
     failure: Annotated[
-        dict[str, Positive],
-        Quantity("", "upper limits of metrics; a flight fails above any of them, or if it ends early"),
+        dict[str, Positive], Quantity("", "upper limits of metrics; a flight fails above any of them, or if it ends early")
     ] = Field(default_factory=dict)
     rare: Annotated[RareSection, Quantity("", "settings of `--rare`")] = RareSection()
 

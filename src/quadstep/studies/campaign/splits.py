@@ -23,6 +23,7 @@ from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.varied import OFF, ON, VariedKey
 
+LOST = "lost flights"
 Flights = NDArray[np.bool_]
 Findings = dict[str, tuple[str, ...]]
 """Sentences, each with the keys that it names; the first is the one that it is of."""
@@ -53,18 +54,18 @@ class KeyOrder(NamedTuple):
         """How flights from one place to before another are called."""
         if not self.ordered:
             return f"with {with_option(self.key, self.ends[low])}"
-        last, near = high > len(self.ends), f" {'from' if low else 'of'} {self.about}{self.unit}" * bool(self.about)
         if not low:
-            return f"{'within' if near else 'below'} {self.ends[high - 1]}{self.unit}{near}"
-        if last:
-            return f"at {self.ends[low - 1]}{self.unit} or more{near}"
-        return f"at {self.ends[low - 1]} to {self.ends[high - 1]}{self.unit}{near}"
+            return f"below {self.ends[high - 1]}{self.unit}"
+        if high > len(self.ends):
+            return f"at {self.ends[low - 1]}{self.unit} or more"
+        return f"at {self.ends[low - 1]} to {self.ends[high - 1]}{self.unit}"
 
 
 class Split(NamedTuple):
     """Flights by a key. bands: failures and flights of each range or value, and what it is called; score: how much better they
     explain who fails than one share does, less what chance may do; above 0 where they differ by more than chance. within: the
     choice and the one of its values with which these flights are; none for all flights. choice: whether the bands are values.
+    about: the value from which distances are the bands.
     """
 
     key: str
@@ -72,6 +73,7 @@ class Split(NamedTuple):
     score: float
     within: tuple[str, ...] = ()
     choice: bool = False
+    about: str = ""
 
     @property
     def sentence(self) -> str:
@@ -81,7 +83,8 @@ class Split(NamedTuple):
         if len(said) > BANDS:
             said = [f"from {said[0]} to {said[-1]}"]
         begin = f"With {with_option(*self.within)}, the" if self.within else "The"
-        return f"{begin} success rate varies with {words(self.key)}: {', '.join(said)}."
+        what = f"how far {words(self.key)} is from {self.about}" if self.about else words(self.key)
+        return f"{begin} success rate varies with {what}: {', '.join(said)}."
 
     @property
     def faint(self) -> bool:
@@ -89,9 +92,9 @@ class Split(NamedTuple):
         shares = [hit / size for hit, size, _ in self.bands]
         return max(shares) < min(1.5 * min(shares), 0.1 + min(shares))
 
-    def successes(self, lost: Flights, values: Sequence[str], places: NDArray[np.float64]) -> str:
-        """Of each value of a choice the share of flights that succeed, and how many of the lost ones are with the best value
-        if a larger share is lost there than elsewhere; nothing where there are many values. places: of each flight's value.
+    def successes(self, lost: Flights, values: Sequence[str], places: NDArray[np.float64], common: "Common | None") -> str:
+        """Of each value of a choice the share of flights that succeed, and that a larger share is lost with the best value, if
+        it is; nothing where there are many values. places: of each flight's value; common: what all lost flights are among.
         """
         if not self.choice or len(self.bands) > BANDS:
             return ""
@@ -99,15 +102,20 @@ class Split(NamedTuple):
         said = [f"{units.percent(good.value)} of {size} flights succeeded {text}" for good, size, text in best]
         said[1:] = [one.replace(" flights succeeded", "") for one in said[1:]]
         here = next(places == i for i, value in enumerate(values) if best[0][2] == f"with {with_option(self.key, value)}")
-        where = f" {(lost & here).sum()} of the {lost.sum()} lost flights are {best[0][2]}."
-        return f"{', '.join(said)}.{where * bool(lost.any() and lost[here].mean() > lost.mean())}"
+        if lost.any() and lost[here].mean() > lost.mean():
+            narrow = common if common and lost[here & common.flights].mean() > lost[common.flights].mean() else None
+            among, where = (narrow.flights, f" with {narrow.text}") if narrow else (np.ones(len(lost), bool), "")
+            one, many = (f"{lost[some].sum()} of {some.sum()}" for some in (here & among, ~here & among))
+            other = best[1][2] if len(best) == len(values) == 2 else "otherwise"
+            said[-1] += f", but{where} a larger share is lost {best[0][2]}: {one}, against {many} {other}"
+        return f"{', '.join(said)}."
 
 
 def failures_go_with(store: Store, campaign: Campaign, columns: Mapping[str, VariedKey]) -> tuple[str, Findings]:
     """`findings` of a campaign's flights."""
     flown = store.read([OUTCOME, SUCCESS])
     failed, early = ~flown[SUCCESS].to_numpy(), pc.not_equal(flown[OUTCOME].cast("string"), OUTCOMES[0]).to_numpy()
-    kinds = {"flights above a limit": failed & ~early, "lost flights": early}
+    kinds = {"flights above a limit": failed & ~early, LOST: early}
     nominal = {key: value_at(campaign.mission, key) for key in columns}
     return findings(failed, kinds, columns, {key: unit(campaign.mission, key) for key in columns}, nominal)
 
@@ -128,12 +136,15 @@ def findings(
     """What failures go with, in sentences, and `successes` by the choice that explains most, if one does, which the first is
     of. kinds, unit_of: as `in_common` has them; nominal: values of keys in the mission.
     """
-    found = splits(failed, columns, unit_of, nominal)
+    found, shared_by = splits(failed, columns, unit_of, nominal), in_common(kinds, columns, unit_of)
     said = {one.sentence: (one.key, *one.within[:1]) for one in found if one.choice or not one.faint}
-    one = columns[found[0].key] if found else None
-    lost = kinds.get("lost flights", np.zeros_like(failed))
-    by = found[0].successes(lost, one.options, one.values) if one and one.options else ""
-    return by, said | in_common(kinds, columns, unit_of)
+    one, by = columns[found[0].key] if found else None, ""
+    if one and one.options:
+        lost = kinds.get(LOST, np.zeros_like(failed))
+        among = next((part for text, part in shared_by.items() if f" {LOST} " in text and part.key != found[0].key), None)
+        by = found[0].successes(lost, one.options, one.values, among)
+        shared_by = {text: part for text, part in shared_by.items() if part is not among or f"with {part.text} a" not in by}
+    return by, said | {text: (part.key,) for text, part in shared_by.items()}
 
 
 def splits(
@@ -228,7 +239,8 @@ def split(failed: Flights, where: Flights, scale: KeyOrder, tried: int) -> Split
         gained, at = max(found)
         ends, score = sorted([*ends, at]), score + gained - needed
     parts = itertools.pairwise(ends) if score else ()
-    return Split(scale.key, [(h[high] - h[low], n[high] - n[low], scale.range_text(low, high)) for low, high in parts], score)
+    bands = [(h[high] - h[low], n[high] - n[low], scale.range_text(low, high)) for low, high in parts]
+    return Split(scale.key, bands, score, about=f"{scale.about}{scale.unit}" * bool(scale.about))
 
 
 def gain_at(h: list[int], n: list[int], low: int, at: int, high: int, needed: float) -> float:
@@ -271,32 +283,41 @@ def values_of(key: str | None, columns: Mapping[str, VariedKey], flights: int) -
     return {with_option(key, text): one.values == place for place, text in enumerate(one.options or ())}
 
 
-def in_common(kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], unit_of: Mapping[str, str]) -> Findings:
-    """A sentence for each kind of flight that has something in common. kinds: which flights are of each, by what they are
-    called. unit_of: each key.
+class Common(NamedTuple):
+    """What all flights of a kind have in common. flights: all that have it."""
+
+    flights: Flights
+    text: str
+    key: str
+
+
+def in_common(kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], unit_of: Mapping[str, str]) -> dict[str, Common]:
+    """What each kind of flight has in common, by a sentence. kinds: which flights are of each, by what they are called.
+    unit_of: each key.
 
     So many flights of a kind would be among those that fit with at most this probability by chance (they are drawn without
     replacement); it counts as often as there are keys, values and kinds to choose from.
     """
     tests = len(kinds) * sum(2 if one.options is None else len(one.options) for one in columns.values())
-    said: Findings = {}
+    said: dict[str, Common] = {}
     for kind, chosen in kinds.items():
-        found = [(fit, text, key) for key, one in columns.items() for fit, text in shared(key, one, chosen, unit_of[key])]
+        found = [part for key, one in columns.items() for part in shared(key, one, chosen, unit_of[key])]
         count, flights = int(chosen.sum()), len(chosen)
-        fit, text, key = min(found, key=lambda one: int(one[0].sum()), default=(np.ones(flights, bool), "", ""))
-        if count >= FEWEST and fit.mean() <= MOST and tests * (fit.sum() / flights) ** count < 1.0 - LEVEL:
-            said[f"All {count} {kind} are among the {fit.sum()} with {text}."] = (key,)
+        least = min(found, key=lambda one: int(one.flights.sum()), default=Common(np.ones(flights, bool), "", ""))
+        share_of_all = float(least.flights.mean())
+        if count >= FEWEST and share_of_all <= MOST and tests * share_of_all**count < 1.0 - LEVEL:
+            said[f"All {count} {kind} are among the {least.flights.sum()} with {least.text}."] = least
     return said
 
 
-def shared(key: str, one: VariedKey, chosen: Flights, unit: str) -> list[tuple[Flights, str]]:
+def shared(key: str, one: VariedKey, chosen: Flights, unit: str) -> list[Common]:
     """What the chosen flights share in a key: all flights that fit, and how it is said."""
     values = one.values[chosen]
     if not len(values) or (one.options and np.ptp(values)):
         return []
     if one.options:
-        return [(one.values == values[0], with_option(key, one.options[int(values[0])]))]
+        return [Common(one.values == values[0], with_option(key, one.options[int(values[0])]), key)]
     what = f"{'an' if words(key)[0] in 'aeio' else 'a'} {words(key)} of"
     low, high = units.rounded_down(float(values.min()), DIGITS), units.rounded_up(float(values.max()), DIGITS)
-    return [(where, f"{what} {how} {units.number(end)}{units.unit_suffix(unit or '-')}") for where, how, end in (
+    return [Common(where, f"{what} {how} {units.number(end)}{units.unit_suffix(unit or '-')}", key) for where, how, end in (
         (one.values >= low, "at least", low), (one.values <= high, "at most", high))]  # fmt: skip

@@ -103,8 +103,7 @@ def evidence(
     whole = f"{listed([drawn[0][0].upper() + drawn[0][1:], *drawn[1:]])} of every {results.kind}"
     figures = {
         vehicle: Figure(
-            str(name),
-            f"{whole}{everywhere[vehicle]}{f' on {vehicle}' if vehicle else ''}{spread}. {better}.{opened}",
+            str(name), f"{whole}{everywhere[vehicle]}{f' on {vehicle}' if vehicle else ''}{spread}. {better}.{opened}"
         )
         for vehicle, name in pictures.items()
     }
@@ -167,7 +166,7 @@ def medians(results: Comparison, flights: Sequence[Job[StudyCell]], vehicle: str
     text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), scored, marked, large)
     text = f"{text[:1].upper()}{text[1:]}"
     title = f"{', '.join([vehicle, *filter(None, results.shared[1:])]) + ': ' if vehicle else ''}{words.measured(results)}"
-    title += f" of {counted(results.seeds, 'flight')}{marked and '; !: not as commanded'}"
+    title += f" of {counted(results.seeds, 'flight')}{marked and '; !: not as asked'}"
     label, ((corner, *names), found_rows) = vehicle or "Missions", tables.matrix(results, vehicle)
     lead = [leaders(results, one) for one in results.ranked if one.vehicle == vehicle]
     cells: list[list[markup.Cell]] = [
@@ -182,20 +181,17 @@ def medians(results: Comparison, flights: Sequence[Job[StudyCell]], vehicle: str
 
 
 def facts(results: Comparison) -> list[markup.Fact]:
-    """How many fly as commanded, and how much is decided."""
+    """How many fly as asked, and how much is decided."""
     graded = [one.grade for one in results.results if one.grade]
-    wrong = [one for one in graded if one.grade is not FlightGrade.AS_COMMANDED]
+    wrong = [one for one in graded if one.grade is not FlightGrade.AS_ASKED]
     why = dict.fromkeys(label for one in wrong for label in one.labels or ("lost",))
-    asked = markup.Fact("median flights not as commanded", f"{len(wrong)} of {len(graded)}", listed([*why]))
+    asked = markup.Fact("median flights not as asked", f"{len(wrong)} of {len(graded)}", listed([*why]))
     pairs = markup.Fact(
         "pairs decided",
         f"{results.pairs - results.undecided} of {results.pairs}",
         "with 95 % confidence in all of them jointly",
     )
-    return [
-        *([asked] if graded else []),
-        *([pairs] if results.pairs else []),
-    ]
+    return [*([asked] if graded else []), *([pairs] if results.pairs else [])]
 
 
 def as_json(results: Comparison, flights: Sequence[Job[StudyCell]]) -> dict[str, object]:

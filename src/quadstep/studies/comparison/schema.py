@@ -125,8 +125,7 @@ class TuningSection(Section):
     constraints: Annotated[
         Annotated[dict[str, Any], AfterValidator(as_constraints)] | None,
         Quantity(
-            "",
-            "limits of metrics and margins, as in [tune]; {} for none; if no margin is named, also those of a sound loop",
+            "", "limits of metrics and margins, as in [tune]; {} for none; if no margin is named, also those of a sound loop"
         ),
     ] = None
     repeats: Annotated[

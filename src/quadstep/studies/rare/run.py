@@ -96,8 +96,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
             *nearest(summary, campaign.mission, path),
             TableSection("Settings", "flown", ("", ""), flown),
             TableSection(
-                header=("what varies", "key", "how"),
-                rows=[(words(key), key, variation_text(file, key)) for key in file.keys],
+                header=("what varies", "key", "how"), rows=[(words(key), key, variation_text(file, key)) for key in file.keys]
             ),
             TableSection("How to read this", "reading", text=READING),
         ],

@@ -27,13 +27,7 @@ from quadstep.mission.tune import Constraint, TuneSection
 from quadstep.studies.campaign.draws import DrawnColumn, draw
 from quadstep.studies.campaign.flyer import Flyer, Sweeper
 from quadstep.studies.campaign.schema import Campaign, CampaignFile, campaign_of
-from quadstep.studies.tuning.gains import (
-    Conditions,
-    TunedGain,
-    gains_of,
-    tunable,
-    with_numbers,
-)
+from quadstep.studies.tuning.gains import Conditions, TunedGain, gains_of, tunable, with_numbers
 from quadstep.studies.tuning.objective import CandidateFlights
 from quadstep.studies.tuning.trial import Stability
 

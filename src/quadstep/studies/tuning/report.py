@@ -54,11 +54,7 @@ def evidence(
         facts=facts(compared),
         sections=[
             TableSection(
-                "On unseen flights" if many else "Both flights",
-                "unseen",
-                HEADER,
-                measured,
-                " ".join(filter(None, notes)),
+                "On unseen flights" if many else "Both flights", "unseen", HEADER, measured, " ".join(filter(None, notes))
             ),
             TableSection("The gains", "gains", GAINS, gains, set_as=units.rich),
             markup.links([("tuned.toml", "the mission with the tuned gains"), ("history.csv", "every candidate")]),
