@@ -145,9 +145,9 @@ def test_a_crash_ends_with_code_3_and_says_so(plain, tmp_path):
     assert ending["t[s]"] == metrics["ended[s]"] > last
     assert ending["z[m]"] <= 0.0  # on the ground, where no row of the log is
     assert ending["z[m]"] == pytest.approx(log["z[m]"][-1] + log["v_z[m/s]"][-1] * (ending["t[s]"] - last), abs=1e-3)
-    off = np.sqrt(sum((ending[f"{name}_d[m]"] - ending[f"{name}[m]"]) ** 2 for name in "xyz"))
+    off = np.sqrt(sum((log[f"{name}_d[m]"][-1] - log[f"{name}[m]"][-1]) ** 2 for name in "xyz"))
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert f"<dt>distance from the path when lost</dt><dd>{units.quantity(off, 'm', 4)}</dd>" in page
+    assert f"<dt>distance from the path at {last:.4g}\u00a0s</dt><dd>{units.quantity(off, 'm')}<small>in the log" in page
     assert "<dt>largest error" not in page  # of the last row of the log, almost the same distance
     assert "the rotors were saturated" in run.err
     assert not (tmp_path / "out" / "weights.json").exists()

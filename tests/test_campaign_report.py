@@ -230,10 +230,10 @@ def test_a_flight_that_a_point_opens_succeeds_there_if_the_campaign_says_so(flow
         assert f"vehicle mass {mass:.3g}\N{NO-BREAK SPACE}kg" in one["note"]
 
 
-def test_a_limit_that_a_page_does_not_measure_is_named_and_no_flight_there_is_as_asked():
+def test_a_limit_that_a_page_does_not_measure_is_named_and_no_flight_there_is_as_commanded():
     one, other = limit("largest_error[m]", 0.3), limit("effort_u[N]", 5.0)
     measured = {"outcome": "completed", "position_rmse[m]": 0.1, "largest_error[m]": 0.3}
-    assert graded(measured, [one]).grade == "as asked", "at the limit it succeeds"
+    assert graded(measured, [one]).grade == "as commanded", "at the limit it succeeds"
     found = graded({**measured, "largest_error[m]": 0.69816}, [one])
     assert (found.grade, found.reasons) == ("above the limit", ("its largest error is 698 mm (limit 300\xa0mm)",))
     assert graded(measured, [other]).grade == "flew, but"

@@ -93,7 +93,7 @@ def test_gains_are_flown_in_the_class_s_mission_and_the_best_two_flights_are_kep
 
 def test_a_student_is_told_what_was_wrong_with_a_flight_that_was_not_lost(room):
     told = flown(room, "[controller]\nK_r1 = 8.0\n").message
-    assert told.startswith("Flown to its end, as asked. Hovering at the start of its path, the loop is sound: ")
+    assert told.startswith("Flown to its end, as commanded. Hovering at the start of its path, the loop is sound: ")
     member = flown(room, "[controller]\nK_r1 = 0.3\n")
     reasons = json.loads((member.folder / f"{member.latest.number}" / MANIFEST).read_text())["grade_reasons"]
     assert reasons and member.message.startswith(
@@ -129,18 +129,18 @@ def test_a_class_may_ask_for_a_loop_at_rest(tmp_path, asked, ranked, words):
     ada = next(iter(room.members.values()))
     for word in ("unstable", "fragile", "sound", ""):
         ada.attempts = []
-        ada.counts("", SubmissionResult("", "as asked", {ada.metric: 0.01}, {"grade": word} if word else {}))
+        ada.counts("", SubmissionResult("", "as commanded", {ada.metric: 0.01}, {"grade": word} if word else {}))
         assert ada.ranked == (word in ranked) == bool(room.board()), word
         said = f"Attempt {ada.latest.number}: 10.0\u00a0mm, not ranked: the loop is {word or 'not known'}."
         assert (said in student_page(room, ada)) == (word not in ranked), word
-        ada.counts("", SubmissionResult("", "as asked", {ada.metric: 0.03}, {"grade": "sound", "why": "all margins"}))
+        ada.counts("", SubmissionResult("", "as commanded", {ada.metric: 0.03}, {"grade": "sound", "why": "all margins"}))
         assert ada.ranked and ada.value == (0.01 if word in ranked else 0.03)
     text = student_page(room, ada)
     assert (
-        f"of a flight as asked{words} wins." in text
+        f"of a flight as commanded{words} wins." in text
         and f"with the smallest position RMSE{words.replace(' with', ' and')}." in text
     )
-    room.own = SubmissionResult("", "as asked", {ada.metric: 0.02})
+    room.own = SubmissionResult("", "as commanded", {ada.metric: 0.02})
     names = re.findall(r"<tr><td>.</td><td>(?:<[bi]>)?([^<]*)<", board(room, ada))
     assert names[:2] == ["Ada (you)", "the class's own gains"], "which nobody knows to be sound"
     assert "<th>rank</th>" in board(room), "also where nobody is ranked"
@@ -363,10 +363,10 @@ def test_a_student_submits_by_link_or_form_and_sees_the_board(room, port):
     ]
     room.members[other].counts("", SubmissionResult("", "flew, but", {room.ground.metric: 0.0123}))
     text = ask(port, "/", ada)[2]
-    assert re.search(r'<td>Group 2</td><td[^>]*>12.3.mm</td><td><b class="fair">.*? flew, but not as asked</b></td>', text)
+    assert re.search(r'<td>Group 2</td><td[^>]*>12.3.mm</td><td><b class="fair">.*? flew, but not as commanded</b></td>', text)
     assert "Waiting to be flown" in text
     assert '<h2 id="submit">Submit</h2>' in text, "no level of headings is left out"
-    assert "The smallest position RMSE of a flight as asked wins. Other flights are not ranked." in text
+    assert "The smallest position RMSE of a flight as commanded wins. Other flights are not ranked." in text
     assert "You may change only the <code>[controller]</code> table." in text
     room.members[other].waits = False
     assert "[controller]\nK_r1 = 3.0\n</textarea>" in ask(port, "/", other)[2]
@@ -378,7 +378,7 @@ def test_nothing_of_others_and_nothing_else_is_sent(room, port):
     for member in room.members.values():
         (member.folder / "1").mkdir(parents=True)
         (member.folder / "1" / "page.html").write_text(f"page of {member.name}")
-        member.attempts = [Attempt(1, 0.0, f"text of {member.name}", "", "as asked", {})]
+        member.attempts = [Attempt(1, 0.0, f"text of {member.name}", "", "as commanded", {})]
     assert ask(port, "/mine", ada)[2] == "page of Ada"
     assert ask(port, "/mine?student=Group%202", ada)[2] == "page of Ada"
     for path in (
@@ -480,23 +480,23 @@ def test_the_class_s_own_flight_is_to_be_beaten(room, port, monkeypatch):
     assert "<b>Solid: your attempt 1.</b> Dashed: the class's own gains." in ask(port, "/", ada)[2]
     assert ask(port, "/path.svg", room.teacher)[2] == alone, "the teacher sees the class's"
     room.members[ada].counts(
-        "", SubmissionResult("", "as asked", {room.ground.metric: 0.5 * room.own.numbers[room.ground.metric]})
+        "", SubmissionResult("", "as commanded", {room.ground.metric: 0.5 * room.own.numbers[room.ground.metric]})
     )
     assert "Beat" not in ask(port, "/", ada)[2], "what is beaten already"
 
 
-def test_a_flight_that_was_not_as_asked_is_not_ranked_and_all_rows_stand_by_value(room, port):
+def test_a_flight_that_was_not_as_commanded_is_not_ranked_and_all_rows_stand_by_value(room, port):
     ada, other = room.members.values()
-    for word, value in (("as asked", 0.03), ("flew, but", 0.001), ("as asked", 0.04)):
+    for word, value in (("as commanded", 0.03), ("flew, but", 0.001), ("as commanded", 0.04)):
         ada.counts("", SubmissionResult("", word, {room.ground.metric: value}))
     other.counts("", SubmissionResult("", "flew, but", {room.ground.metric: 0.002}))
-    room.own = SubmissionResult("", "as asked", {room.ground.metric: 0.035})
+    room.own = SubmissionResult("", "as commanded", {room.ground.metric: 0.035})
     assert (ada.value, other.value, room.board()) == (0.03, 0.002, [ada])
     token = list(room.members)[1]
     text = ask(port, "/", token)[2]
     rows = re.findall(r"<tr><td>(.)</td><td>(?:<[bi]>)?([^<]*)<", text.split('id="board"')[1])
     assert rows[:3] == [("1", "Ada"), ("–", "the class's own gains"), ("–", "Group 2 (you)")]
-    assert "Your smallest: 2.00\u00a0mm, not ranked: no flight of yours was as asked. The best of the class: 30.0" in text
+    assert "Your smallest: 2.00\u00a0mm, not ranked: none of yours was as commanded. The best of the class: 30.0" in text
     mine = next(iter(room.members))
     assert "Your best: 30.0\u00a0mm, rank 1 of 1." in ask(port, "/", mine)[2], "and not behind the class's own 35 mm"
     room.own = room.own._replace(numbers={room.ground.metric: 0.025})
@@ -508,7 +508,7 @@ def test_a_flight_that_was_not_as_asked_is_not_ranked_and_all_rows_stand_by_valu
 def test_the_record_of_attempts_has_an_end_and_keeps_the_best(room, tmp_path):
     member = next(iter(room.members.values()))
     for value in (1.0, *(2.0 for _ in range(MOST_ATTEMPTS + 3))):
-        member.counts("", SubmissionResult("", "as asked", {member.metric: value}))
+        member.counts("", SubmissionResult("", "as commanded", {member.metric: value}))
     assert [one.number for one in member.attempts[:2]] == [1, 5]
     assert member.best.number == 1 and member.latest.number == MOST_ATTEMPTS + 4
     (member.folder / DRAFT).mkdir()
@@ -626,8 +626,8 @@ def test_a_student_s_page_follows_the_class_and_keeps_what_is_written(room, port
     page.locator("#said", has_text="Waiting to be flown.").wait_for()
     page.fill("textarea", "# the next one")
     room.members[ada].waits, room.members[ada].message = False, "Flown."
-    room.members[other].counts("", SubmissionResult("", "as asked", {room.ground.metric: 0.01}))
-    page.locator("#board", has_text="as asked").wait_for()
+    room.members[other].counts("", SubmissionResult("", "as commanded", {room.ground.metric: 0.01}))
+    page.locator("#board", has_text="as commanded").wait_for()
     page.locator("#said", has_text="Flown.").wait_for()
     assert page.input_value("textarea") == "# the next one"
     assert not errors

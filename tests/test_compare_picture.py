@@ -125,10 +125,10 @@ def test_what_it_takes_is_compared_where_all_fly():
 
 
 FAR = Graded(FlightGrade.FLEW_BUT, ("its error is large for its path",), ("large error",))
-AS_ASKED = Graded(FlightGrade.AS_ASKED)
+AS_COMMANDED = Graded(FlightGrade.AS_COMMANDED)
 
 
-def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that_names_it():
+def test_a_winner_that_does_not_fly_as_commanded_is_said_not_to_in_the_sentence_that_names_it():
     found, second = comparison(2), WHERE._replace(path="circle")
 
     def all_of(*grades):
@@ -139,25 +139,25 @@ def test_a_winner_that_does_not_fly_as_asked_is_said_not_to_in_the_sentence_that
         )
         return elsewhere(found)._replace(results=results)
 
-    one = all_of(AS_ASKED, FAR, FAR, AS_ASKED)
-    assert warned(one) == ["Not as asked: law 0 in circle (large error)."]
-    nobody = all_of(AS_ASKED, FAR, FAR, FAR)  # law 0 leads, but in circle no other flies as asked either
-    assert warned(nobody) == ["No controller flies as asked in circle."]
+    one = all_of(AS_COMMANDED, FAR, FAR, AS_COMMANDED)
+    assert warned(one) == ["Not as commanded: law 0 in circle (large error)."]
+    nobody = all_of(AS_COMMANDED, FAR, FAR, FAR)  # law 0 leads, but in circle no other flies as commanded either
+    assert warned(nobody) == ["No controller flies as commanded in circle."]
     none = all_of(FAR, FAR, FAR, Graded(FlightGrade.LOST))
-    assert answer(none) == "No controller flies as asked in any situation: by e, law 0 is best in both situations."
-    assert advice(none) == ["Next: better gains (`quadstep tune`), as no median flight of law 0 is as asked."]
+    assert answer(none) == "No controller flies as commanded in any situation: by e, law 0 is best in both situations."
+    assert advice(none) == ["Next: better gains (`quadstep tune`), as no median flight of law 0 is as commanded."]
     unknown = all_of(FAR, None, FAR, None)  # the other is an autopilot, whose flights are not flown again
     assert not answer(unknown).startswith("No controller flies")
-    assert facts(unknown)[0][:2] == ("median flights not as asked", "2 of 2")
+    assert facts(unknown)[0][:2] == ("median flights not as commanded", "2 of 2")
     header, (first, _) = matrix(none, "crazyflie")
     assert dict(zip(header, first, strict=True))["law 0"] == "10.0 (10.0) !"
-    assert marks(none, "crazyflie") == " !: the median flight is not as asked (large error)."
-    assert marks(all_of(AS_ASKED, AS_ASKED, AS_ASKED, AS_ASKED), "crazyflie") == ""
+    assert marks(none, "crazyflie") == " !: the median flight is not as commanded (large error)."
+    assert marks(all_of(AS_COMMANDED, AS_COMMANDED, AS_COMMANDED, AS_COMMANDED), "crazyflie") == ""
     assert [(row["grade"], row["grade_reasons"]) for row in cell_rows(one)][:2] == [
-        ("as asked", ""),
+        ("as commanded", ""),
         ("flew, but", "its error is large for its path"),
     ]
-    assert facts(one)[0][:3] == ("median flights not as asked", "2 of 4", "large error")
+    assert facts(one)[0][:3] == ("median flights not as commanded", "2 of 4", "large error")
 
 
 BOTH = "law 0 and law 1 are tied for best"

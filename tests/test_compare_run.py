@@ -460,8 +460,10 @@ def test_the_best_of_laws_that_do_not_follow_their_path_is_not_praised(tmp_path)
     assert result.code == 0
     report = (out / "report.html").read_text(encoding="utf-8")
     answer = html.unescape(re.search(r'<p class="answer">(.*?)</p>', report)[1])
-    assert answer.startswith("No mission flies as asked: ")
-    assert re.search(r"<p>Not as asked: (pid|geometric) \(large error[\w, ]*\)\. Next: better gains", html.unescape(report))
+    assert answer.startswith("No mission flies as commanded: ")
+    assert re.search(
+        r"<p>Not as commanded: (pid|geometric) \(large error[\w, ]*\)\. Next: better gains", html.unescape(report)
+    )
     assert answer[1:-1].replace("\N{NO-BREAK SPACE}", " ") in result.out
     assert "large error" in (out / "table.tex").read_text(encoding="utf-8")
 

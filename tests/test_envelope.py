@@ -275,7 +275,7 @@ def test_without_a_limit_flyable_is_said_to_be_to_the_end_only(tmp_path):
     assert not re.search(r"shows no limit|can be flown[ ,.:]|succe", re.search(r'class="answer">(.*?)</p>', report)[1])
 
 
-def test_of_a_map_without_limits_as_many_flights_are_not_as_asked_as_have_that_grade_on_its_page(tmp_path):
+def test_of_a_map_without_limits_as_many_flights_are_not_as_commanded_as_have_that_grade_on_its_page(tmp_path):
     """On a circle that is soon too fast."""
     text = '[vehicle]\npreset = "crazyflie"\n[path]\ntype = "circle"\nradius = 1.0\nperiod = 6.0\nturns = 1\n'
     seen = set()
@@ -284,8 +284,10 @@ def test_of_a_map_without_limits_as_many_flights_are_not_as_asked_as_have_that_g
         run = quadstep("envelope", saved(tmp_path, text), "--x", x, "--y", "vehicle.mass=0.030:0.034:2", *more, "--out", out)
         grades = [one["outcome"]["grade"] for one in data_of((out / "flights.html").read_text())["flights"]]
         ended = [one for one in grades if one != "lost"]
-        good, told = ended.count("as asked"), " ".join(run.out.split())
-        found = re.search(r"\. (None|\d+) of the (\d+) flights shown( that reach the end)? (?:is|are) (not )?as asked: ", told)
+        good, told = ended.count("as commanded"), " ".join(run.out.split())
+        found = re.search(
+            r"\. (None|\d+) of the (\d+) flights shown( that reach the end)? (?:is|are) (not )?as commanded: ", told
+        )
         assert bool(found) == (good < len(ended)), (told, grades)
         assert ".." not in told
         if found:

@@ -1,4 +1,4 @@
-"""A flight is as asked, flew but, or was lost: one that breaks each rule, and the same grade on the page."""
+"""A flight is as commanded, flew but, or was lost: one that breaks each rule, and the same grade on the page."""
 
 import json
 import math
@@ -29,7 +29,7 @@ def test_a_flight_breaks_the_rules_that_it_breaks(name):
     metrics, _ = mission.flight_metrics(log)
     found = graded(metrics)
     assert [rule.metric for rule in RULES if (metrics.get(rule.metric) or 0.0) > rule.most] == broken
-    assert found.grade is (FlightGrade.FLEW_BUT if broken else FlightGrade.AS_ASKED)
+    assert found.grade is (FlightGrade.FLEW_BUT if broken else FlightGrade.AS_COMMANDED)
     assert len(found.reasons) == len(broken)
     assert all(f"limit {limit:g}" in reason for limit, reason in zip(limits(broken), found.reasons, strict=True))
 
@@ -48,11 +48,11 @@ def limits(broken):
     return [named[metric] for metric in broken]
 
 
-def test_a_vehicle_that_starts_upside_down_and_recovers_is_as_asked():
+def test_a_vehicle_that_starts_upside_down_and_recovers_is_as_commanded():
     mission = read_mission(Path(__file__).parent.parent / "examples" / "upside_down.toml")
     metrics, _ = mission.flight_metrics(fly(mission.plan()))
     assert metrics["largest_tilt[rad]"] > 3.0
-    assert graded(metrics).grade is FlightGrade.AS_ASKED
+    assert graded(metrics).grade is FlightGrade.AS_COMMANDED
 
 
 @pytest.mark.parametrize(("more", "grows"), [(0.0, True), (5.0, False)])
@@ -61,7 +61,7 @@ def test_a_flight_that_is_merely_cut_grows_towards_its_end_and_settles_if_it_goe
     mission = Mission.model_validate({"name": "cut", "path": path, "simulation": {"duration": 4.0 + more}})
     metrics, _ = mission.flight_metrics(fly(mission.plan()))
     found = graded(metrics)
-    assert (found.labels, found.advice != "") == ((("rates grew at the end",), True) if grows else ((), False))
+    assert (found.labels, found.advice != "") == ((("angular rates still growing",), True) if grows else ((), False))
     assert found.sentence.endswith("; limit 2). A longer flight would show whether it settles.") == grows
     assert metrics["position"]["x"]["final[m]"] < 1e-3 or grows
 

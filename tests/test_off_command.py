@@ -111,7 +111,7 @@ def test_a_flight_farther_from_its_path_than_that_is_wide_is_said_not_to_keep_it
     off = "The vehicle did not keep its path: it was 33.0 m from where it should have been, on a path that spans 10.0 m"
     sank = ", and it sank to z = −4.00 m, below z = 0" if lowest < 0.0 else ""
     assert found == (f"{off}{sank}." if largest > 10.0 else "")
-    assert not left_path(log, metrics | {"relative_error": 0.01})  # as asked
+    assert not left_path(log, metrics | {"relative_error": 0.01})  # as commanded
     log.rows[0, 1] = 33.0  # where it began
     assert not left_path(log, metrics)
 

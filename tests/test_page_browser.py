@@ -88,7 +88,7 @@ def test_file_opens_offline_small_and_at_once(open_page, page_file):
     assert page.title()
     assert page.locator("#flight-name").inner_text() == "Case 1: three position commands at once"
     assert page.locator(".plot").count() >= 6
-    assert "Flew as asked for 40.0 s" in page.locator("#outcome").inner_text()
+    assert "Flew as commanded for 40.0 s" in page.locator("#outcome").inner_text()
     said = "Theorem 5.1: 6 of 6 gain conditions hold\nRepaired theorem (at hover): holds"
     assert page.locator("#conditions").inner_text() == said
     assert "default-src 'none'" in page.locator("meta[http-equiv]").get_attribute("content")

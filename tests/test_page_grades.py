@@ -65,7 +65,7 @@ def test_page_and_python_measure_and_grade_alike(open_page, logs):
             if metric in metrics:
                 assert summary[measure] == pytest.approx(metrics[metric], rel=1e-12, abs=1e-15), (name, measure)
         seen |= {outcome["grade"]}
-    assert seen == {"as asked", "flew, but", "lost"}
+    assert seen == {"as commanded", "flew, but", "lost"}
     assert all(words in left for words in ("did not keep its path", "did not hold its position", "and it sank to"))
 
 

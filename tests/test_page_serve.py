@@ -641,7 +641,7 @@ def test_the_closer_one_s_bad_loop_is_said_and_marked(tmp_path, loops):
         "unstable": "controller: lqr, ! unstable at rest",
     }
     assert re.findall(r"<small>(.*?)</small>", text) == [marks[one] for one in loops]
-    assert re.search("<td>grade</td>(<td[^>]*>flew, but not as asked</td>){2}", text)
+    assert re.search("<td>grade</td>(<td[^>]*>flew, but not as commanded</td>){2}", text)
 
 
 def test_of_a_lost_flight_on_another_path_the_path_comes_first(tmp_path):
@@ -702,10 +702,11 @@ def test_a_lost_flight_has_no_error_to_rank_it_by_and_a_late_score_is_said(tmp_p
 
 
 @pytest.mark.parametrize(("content", "says"), [
-    ({"grade": "as asked", "outcome": "completed", "ended[s]": 5.0}, ["✓</span> as asked", "flew 5\u00a0s"]),
+    ({"grade": "as commanded", "outcome": "completed", "ended[s]": 5.0}, ["✓</span> as commanded", "flew 5\u00a0s"]),
     ({"grade": "flew, but", "grade_reasons": ["it tilted to 139°"], "outcome": "completed", "ended[s]": 5.0},
-        ["!</span> flew, but not as asked", "flew 5\u00a0s, but it tilted to 139°"]),
-    ({"grade": "as asked", "outcome": "crashed", "ended[s]": 5.0}, ["✕</span> lost", "lost at 5\u00a0s: it hit the ground"]),
+        ["!</span> flew, but not as commanded", "flew 5\u00a0s, but it tilted to 139°"]),
+    ({"grade": "as commanded", "outcome": "crashed", "ended[s]": 5.0}, ["✕</span> lost",
+        "lost at 5\u00a0s: it hit the ground"]),
 ])  # fmt: skip
 def test_a_card_marks_the_grade_of_its_flight(tmp_path, content, says):
     spoilt(tmp_path / "one", name="one", **content)
@@ -905,7 +906,7 @@ def test_a_figure_that_is_not_ours_is_shown_as_it_is(tmp_path, figure):
 def test_a_list_finds_words_of_its_cards_and_is_as_it_was_when_the_browser_goes_back(browsers, tmp_path):
     for name, loop in {"circle": "fragile", "figure eight": "sound", "step": "fragile"}.items():
         (tmp_path / name).mkdir()
-        content = {"name": name, "outcome": "completed", "ended[s]": 9.0, "grade": "as asked", AT_REST: {"grade": loop}}
+        content = {"name": name, "outcome": "completed", "ended[s]": 9.0, "grade": "as commanded", AT_REST: {"grade": loop}}
         (tmp_path / name / "metrics.json").write_text(json.dumps(content))
     with serving(server(tmp_path, 0)) as port:
         page = browsers[False].page()

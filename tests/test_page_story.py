@@ -223,7 +223,7 @@ def test_what_a_step_says_of_tilt_and_time_is_what_flies_and_what_physics_says()
     assert f"{climbs[0]} instead of {climbs[1]} at the largest tilt" in text
 
 
-def test_the_lowest_gain_that_flies_as_asked_is_within_what_its_step_wants():
+def test_the_lowest_gain_that_flies_as_commanded_is_within_what_its_step_wants():
     step = step_on("case1", "K_r2")
     low, high = step.success["tilt"]
     assert step.set == {"t_f": 6.0}
@@ -233,10 +233,10 @@ def test_the_lowest_gain_that_flies_as_asked_is_within_what_its_step_wants():
         _, metrics = measured(case_1(duration=6.0, simulation={"duration": 6.0}, controller=controller))
         return graded(metrics).grade, metrics["largest_tilt[rad]"]
 
-    assert step.as_asked and flown(83.0)[0] is FlightGrade.LOST
+    assert step.as_commanded and flown(83.0)[0] is FlightGrade.LOST
     assert flown(84.0)[0] is flown(94.0)[0] is FlightGrade.FLEW_BUT  # which are not done, whatever their tilt
     (lowest, tilt), (higher, less) = flown(95.0), flown(97.0)
-    assert lowest is higher is FlightGrade.AS_ASKED and less < low < tilt < high
+    assert lowest is higher is FlightGrade.AS_COMMANDED and less < low < tilt < high
     assert step.solution == {"K_r2": 95.0}
 
 

@@ -135,18 +135,19 @@ scale = 0.0
 """
 
 
-def test_a_step_that_wants_a_flight_as_asked_is_not_done_by_one_that_begins_to_swing(open_page, tmp_path):
+def test_a_step_that_wants_a_flight_as_commanded_is_not_done_by_one_that_begins_to_swing(open_page, tmp_path):
     write(tmp_path, (EXAMPLES / "case1.toml").read_text() + CALM, "mission.toml")
-    wanted = STEP.format(number=1).replace('"K_r1"', '"K_r2"').replace('"net"', '"position-error"\nas_asked = true')
-    step = wanted.replace("as_asked", "success = { rmse = [0.0, 0.01] }\nsolution = { K_r2 = 75 }\nas_asked")
-    any_that_completes = step.replace("as_asked = true\n", "").replace("solution = { K_r2 = 75 }\n", "")
+    wanted = STEP.format(number=1).replace('"K_r1"', '"K_r2"').replace('"net"', '"position-error"\nas_commanded = true')
+    step = wanted.replace("as_commanded", "success = { rmse = [0.0, 0.01] }\nsolution = { K_r2 = 75 }\nas_commanded")
+    any_that_completes = step.replace("as_commanded = true\n", "").replace("solution = { K_r2 = 75 }\n", "")
     story = write(tmp_path, "# A walk\n\n" + step + any_that_completes, "story.md")
     page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"))
     page.click("#guide-start")
     for gain, told in ((70.0, "Goal"), (75.0, "✓ Done"), (6.0, "Goal")):
         page.evaluate("gain => quadstep.setControl('K_r2', [gain, gain, gain])", gain)
         assert (
-            page.locator(".guide-goal").inner_text() == f"{told}: a flight as asked with RMSE up to 10.0\N{NO-BREAK SPACE}mm."
+            page.locator(".guide-goal").inner_text()
+            == f"{told}: a flight as commanded with RMSE up to 10.0\N{NO-BREAK SPACE}mm."
         )
     page.click("#guide-solution")  # for who gives up
     assert page.locator(".guide-goal").inner_text().startswith("✓ Done") and "K_r2:75" in page.evaluate("location.hash")
@@ -154,7 +155,7 @@ def test_a_step_that_wants_a_flight_as_asked_is_not_done_by_one_that_begins_to_s
     assert not page.locator("#guide-solution").count(), "a step that gives none"
     page.evaluate("quadstep.setControl('K_r2', [70, 70, 70])")
     said, (_, problems) = page.locator(".guide-goal").inner_text(), page.locator("#outcome").inner_text().split("problems: ")
-    assert said.startswith("✓ Done: a completed flight") and said.endswith(f"It is not as asked, though: {problems}.")
+    assert said.startswith("✓ Done: a completed flight") and said.endswith(f"Problems remain: {problems}.")
 
 
 def test_a_link_with_a_value_that_is_not_allowed_says_so(open_page, page_file):

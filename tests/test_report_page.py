@@ -9,6 +9,7 @@ import pytest
 
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
+from quadstep.metrics.registry import flight_metrics
 from quadstep.report import markup, units
 from quadstep.report.drawing import FigureJob
 from quadstep.report.evidence import Evidence
@@ -16,7 +17,7 @@ from quadstep.report.panel import Panel
 from quadstep.report.publish import write_json, write_log
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import prefixed, suited
-from quadstep.studies.flight_report import error_table
+from quadstep.studies.flight_report import distance_when_lost, error_table
 from quadstep.vehicle.in_space import COLUMNS
 
 HOSTILE = "<script>alert('x')</script> & \"quotes\""
@@ -116,13 +117,19 @@ def test_an_angle_too_small_for_degrees_is_in_millionths_of_a_radian_whatever_it
     assert suited("rad", 0.0011)[0] == "°"
 
 
-def test_the_largest_error_of_a_lost_flight_is_never_below_that_when_it_was_lost():
-    axis = {"rmse[m]": 1.0, "largest[m]": 94.7, "final[m]": 94.7}
-    metrics = {"position": {"x": axis, "z": axis}}
-    ending = {"z[m]": 98.4, "z_d[m]": 0.0}
-    header, rows = error_table(metrics, ending)
-    assert header == ("error", "largest", "when lost", "unit")
-    assert rows == [["x", "94.7", "–", "m"], ["z", "98.4", "98.4", "m"]]
+def test_the_errors_of_a_lost_flight_are_those_of_its_log_and_say_when_it_ends():
+    columns = {"t": "s", "x": "m", "x_d": "m", "z": "m", "z_d": "m"}
+    rows = np.array([[6.34, 0.0, 0.0, 0.0, 0.0], [6.35, 0.0, 3.0, 94.0, 0.0]])
+    log = FlightLog(columns, rows, Outcome.OFF_PATH, 6.36, None)
+    metrics = flight_metrics(log)
+    header, errors = error_table(metrics, log)
+    assert header == ("error", "largest", "at 6.35\N{NO-BREAK SPACE}s", "unit")
+    assert errors == [["x", "3.00", "3.00", "m"], ["z", "94.0", "94.0", "m"]]
+    assert metrics["position"]["z"]["final[m]"] == 94.0
+    said = distance_when_lost(log)
+    assert [one.replace("\N{NO-BREAK SPACE}", " ") for one in said[:3]] == [
+        "distance from the path at 6.35 s", "94.0 m", "in the log's last row, 0.01 s before the loss"
+    ]  # fmt: skip
 
 
 def test_a_csv_reads_back_exactly(tmp_path):

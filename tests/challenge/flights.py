@@ -1,4 +1,4 @@
-"""Flights that nobody would call as asked, on paths and vehicles drawn at random: what does their grade say?"""
+"""Flights that nobody would call as commanded, on paths and vehicles drawn at random: what does their grade say?"""
 
 import math
 from collections.abc import Iterable
@@ -17,13 +17,13 @@ VEHICLES = ("x500", "crazyflie", "hummingbird", "research-2.6kg")
 
 
 def verdict(content: dict[str, object], case: str) -> Attempt:
-    """Whether a flight that reaches its end is called as asked."""
+    """Whether a flight that reaches its end is called as commanded."""
     mission = Mission.model_validate(content)
     log = fly(mission.plan())
     if log.outcome is not Outcome.COMPLETED:
         return Attempt(0.0, case)
     found = graded(mission.flight_metrics(log)[0])
-    return Attempt(2.0 if found.grade is FlightGrade.AS_ASKED else 0.0, f"{case}: {found.grade.value} {found.reasons}")
+    return Attempt(2.0 if found.grade is FlightGrade.AS_COMMANDED else 0.0, f"{case}: {found.grade.value} {found.reasons}")
 
 
 def lost_rotors(seed: int) -> Iterable[Attempt]:
@@ -64,7 +64,7 @@ def far_off(seed: int) -> Iterable[Attempt]:
         log = fly(mission.plan())
         metrics, _ = mission.flight_metrics(log)
         off = float(str(metrics["position_rmse[m]"]))
-        asked = graded(metrics).grade is FlightGrade.AS_ASKED
+        asked = graded(metrics).grade is FlightGrade.AS_COMMANDED
         where = f"{length:.6g} m, wind {speed:.6g} m/s at {heading:.6g} rad, gain {gain:.6g}"
         yield Attempt(off / 3.0 if asked else 0.0, f"{where}: {off:.3g} m off")
 
@@ -156,7 +156,16 @@ SEARCHES = [
     Search(
         "cannot hover", "no vehicle holds its place in a wind in which it is said not to be able to hover", held, slow=True
     ),
-    Search("as asked, a lost rotor", "no flight that loses a rotor 0.1 s before its end or earlier is as asked", lost_rotors),
-    Search("as asked, far off", "no flight that is off its path by more than 3 m on average is as asked", far_off, bound=True),
+    Search(
+        "as commanded, a lost rotor",
+        "no flight that loses a rotor 0.1 s before its end or earlier is as commanded",
+        lost_rotors,
+    ),
+    Search(
+        "as commanded, far off",
+        "no flight that is off its path by more than 3 m on average is as commanded",
+        far_off,
+        bound=True,
+    ),
     Search("shaking", "a flight is called shaking if its thrust's axis shakes, and not if it does not", shakes),
 ]

@@ -34,7 +34,7 @@ export interface Limit {
   readonly factor: number;
 }
 
-/** A flight is as asked while the measure is at most `most`; label, text: what is said where it is not, {} for factor times the measure; measured: whether it can be told. */
+/** A flight is as commanded while the measure is at most `most`; label, text: what is said where it is not, {} for factor times the measure; measured: whether it can be told. */
 export interface Rule {
   readonly metric: MeasureName;
   readonly most: number;
@@ -44,7 +44,7 @@ export interface Rule {
   readonly measured: boolean;
 }
 
-export type Grade = "as asked" | "flew, but" | "above the limit" | "lost";
+export type Grade = "as commanded" | "flew, but" | "above the limit" | "lost";
 
 export type MeasureName = "rmse" | "largest" | "tilt" | "share" | "relative" | "heading" | "growth" | "rateGrowth" | "overturned" | "shaking" | "saturated";
 
@@ -75,8 +75,8 @@ export interface StepData {
   readonly guess: Guess | null;
   /** Within what numbers of a flight that completes have to be [m, rad]. */
   readonly success: Readonly<Partial<Record<"rmse" | "largest" | "tilt", readonly [number, number]>>>;
-  /** Whether its grade has to be "as asked", too. */
-  readonly asAsked: boolean;
+  /** Whether its grade has to be "as commanded", too. */
+  readonly asCommanded: boolean;
   /** What reaches it, as settings keep them. */
   readonly solution: Readonly<Record<string, readonly number[]>>;
 }

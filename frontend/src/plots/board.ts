@@ -128,7 +128,7 @@ export class Board {
     const { since } = shown.data.summary;
     const counts = `Shaded: errors count only from ${plain(since)} s on.`;
     if (panel && since > 0 && id.startsWith("position")) return { ...panel, uncounted: since, ...(id === "position" ? { note: counts } : {}) };
-    const cut = panel && calm(panel, this.window.whole) ? "The end runs off the picture: the axis fits what came before; mark a stretch to zoom in." : "";
+    const cut = panel && calm(panel, this.window.whole) ? "The end is off scale; drag across the plot to zoom." : "";
     const note = cut && id === "position-error" ? cut : id === "attitude" ? offCommand(shown) : id === "rotors" && shown.flight.has("f1_whole") ? WHOLE : "";
     return panel && note ? { ...panel, note } : panel;
   }

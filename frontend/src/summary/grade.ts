@@ -7,7 +7,7 @@ import { type Measures, greatest } from "./measure";
 
 export interface Graded {
   readonly grade: Grade;
-  /** Why it is not as asked, one clause each. */
+  /** Why it is not as commanded, one clause each. */
   readonly reasons: readonly string[];
   /** The same in a word or two each. */
   readonly labels: readonly string[];
@@ -26,7 +26,7 @@ export interface Mark {
 }
 
 export const MARKS: Readonly<Record<Grade | typeof LEFT, Mark>> = {
-  "as asked": { glyph: "✓", kind: "good" },
+  "as commanded": { glyph: "✓", kind: "good" },
   "flew, but": { glyph: "!", kind: "fair" },
   [LEFT]: { glyph: "!", kind: "bad left" },
   [ABOVE]: { glyph: "✕", kind: "bad" },
@@ -50,7 +50,7 @@ export function grade(flight: Flight, measures: Measures, { rules, left }: PageD
   const [failed, broke] = [broken(limits), broken(rules)];
   const told = failed.filter(({ measured }) => measured).map((rule) => filled(rule.label, rule));
   return {
-    grade: told.length ? ABOVE : failed.length + broke.length ? "flew, but" : "as asked",
+    grade: told.length ? ABOVE : failed.length + broke.length ? "flew, but" : "as commanded",
     reasons: [...failed, ...broke].map((rule) => filled(rule.text, rule)),
     labels: broke.map(({ label }) => label),
     above: told,

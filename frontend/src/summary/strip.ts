@@ -79,7 +79,7 @@ function comparable({ flight, whole }: Shown, { held, ended }: Original): boolea
   return whole === undefined && flight.held && held && Math.abs(ended - flight.ended) < 1e-6;
 }
 
-/** What the badge leaves out: why it was lost or is not as asked, and what of the original flight is not beside it. */
+/** What the badge leaves out: why it was lost or is not as commanded, and what of the original flight is not beside it. */
 function besides(shown: Shown, { held, ended, same }: Original): string[] {
   const { flight, data, settings, graded, asFiled, whole, measures: { saturated = 0 } } = shown;
   if (whole !== undefined) return ["While you drag, numbers and plots cover only this beginning."];

@@ -28,17 +28,17 @@ export function question(guess: Guess, made: (verdict: HTMLElement, right: boole
 const MEASURES = { rmse: ["RMSE", "m"], largest: ["largest error", "m"], tilt: ["largest tilt", "rad"] } as const;
 
 /** What a step wants of its flight, in words; empty: nothing. */
-export function wanted({ success, asAsked }: StepData): string {
+export function wanted({ success, asCommanded }: StepData): string {
   const parts = goals(success).map(([name, [low, high]]) => {
     const [label, unit] = MEASURES[name];
     return low > 0 ? `${label} from ${quantity(low, unit)} to ${quantity(high, unit)}` : `${label} up to ${quantity(high, unit)}`;
   });
-  return parts.length ? `a ${asAsked ? "flight as asked" : "completed flight"} with ${parts.join(" and ")}` : "";
+  return parts.length ? `a ${asCommanded ? "flight as commanded" : "completed flight"} with ${parts.join(" and ")}` : "";
 }
 
 /** Whether a flight is what its step wants: all of it flown, of the grade wanted, and every number within its range. */
-export function succeeded({ success, asAsked }: StepData, { flight, whole, measures, graded }: Shown): boolean {
-  return (asAsked ? graded.grade === "as asked" : flight.held) && whole === undefined && goals(success).every(([name, [low, high]]) => measures[name]! >= low && measures[name]! <= high);
+export function succeeded({ success, asCommanded }: StepData, { flight, whole, measures, graded }: Shown): boolean {
+  return (asCommanded ? graded.grade === "as commanded" : flight.held) && whole === undefined && goals(success).every(([name, [low, high]]) => measures[name]! >= low && measures[name]! <= high);
 }
 
 /** What is still wrong with a flight that is what its step wants, as the badge says it; empty: nothing. */

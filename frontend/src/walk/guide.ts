@@ -187,7 +187,7 @@ export class Guide {
     if (wanted(step)) {
       const done = succeeded(step, shown);
       const wrong = done ? yet(shown) : "";
-      fill(this.goal, done ? "✓ Done: " : "Goal: ", wanted(step), ".", wrong ? ` It is not as asked, though: ${wrong}.` : "");
+      fill(this.goal, done ? "✓ Done: " : "Goal: ", wanted(step), ".", wrong ? ` Problems remain: ${wrong}.` : "");
       this.goal.classList.toggle("done", done);
     }
     const key = `${data.id} ${settings.controller} ${settings.ghost}`;

@@ -60,21 +60,21 @@ def scalars(table: dict[str, object], prefix: str = "") -> dict[str, float | Non
 
 
 class FlightGrade(StrEnum):
-    """as asked: to its end, and no rule is broken. flew, but: to its end, and a rule is broken. above the limit: to its end,
-    but it fails by what is asked of many flights. lost: it ended early.
+    """as commanded: to its end, and no rule is broken. flew, but: to its end, and a rule is broken. above the limit: to its
+    end, but it fails by what is asked of many flights. lost: it ended early.
     """
 
-    AS_ASKED = "as asked"
+    AS_COMMANDED = "as commanded"
     FLEW_BUT = "flew, but"
     ABOVE = "above the limit"
     LOST = "lost"
 
 
 class Rule(NamedTuple):
-    """A flight is as asked while `metric`, as in metrics.json, is at most `most`.
+    """A flight is as commanded while `metric`, as in metrics.json, is at most `most`.
 
     label: what is wrong with one that is not. text: the same as a clause, `{}` being the metric times `factor` in both.
-    measured: whether it can be told; a flight of which it cannot is not as asked, and has not failed by it.
+    measured: whether it can be told; a flight of which it cannot is not as commanded, and has not failed by it.
     """
 
     metric: str
@@ -98,8 +98,9 @@ RULES = (
     Rule("shaking[rad]", 0.08726646259971647, "shaking", "its thrust axis swung by {}° rms in its second half (limit 5°)",
         HALF_TURN),
     Rule("saturated_share", 0.1, "rotors saturated", "its rotors were saturated {} % of the time (limit 10 %)", 100.0),
-    Rule("error_growth", 2.0, "error grew at the end", "its error grew towards the end (by a factor of {}; limit 2)"),
-    Rule("rate_growth", 2.0, "rates grew at the end", "its rates grew towards the end (by a factor of {}; limit 2)"),
+    Rule("error_growth", 2.0, "error still growing", "its error was still growing at the end (by a factor of {}; limit 2)"),
+    Rule("rate_growth", 2.0, "angular rates still growing",
+        "its angular rates were still growing at the end (by a factor of {}; limit 2)"),
 )  # fmt: skip
 """In the order in which they are said."""
 
@@ -113,7 +114,7 @@ LEFT_PATH = (
 
 
 class Graded(NamedTuple):
-    """reasons: why it is not as asked, one clause each; empty for a flight that is, and for one that was lost. labels: the
+    """reasons: why it is not as commanded, one clause each; empty for a flight that is, and for one that was lost. labels: the
     same in a word or two. advice: what would tell more.
     """
 
@@ -127,7 +128,7 @@ class Graded(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """`However, its nose was 45° off its heading (limit 30°).`; empty where a flight was as asked or lost."""
+        """`However, its nose was 45° off its heading (limit 30°).`; empty where a flight was as commanded or lost."""
         return f"However, {together(self.reasons)}. {self.advice}".strip() if self.reasons else ""
 
 
@@ -135,7 +136,7 @@ def graded(metrics: Mapping[str, object], limits: Sequence[Rule] = ()) -> Graded
     """The grade of a flight by its metrics. limits: above which it fails.
 
     >>> graded({"outcome": "completed", "relative_error": 0.02}).grade.value
-    'as asked'
+    'as commanded'
     >>> graded({"outcome": "completed", "saturated_share": 0.431}).sentence
     'However, its rotors were saturated 43.1 % of the time (limit 10 %).'
     """
@@ -149,7 +150,7 @@ def graded(metrics: Mapping[str, object], limits: Sequence[Rule] = ()) -> Graded
     grew = any(rule.metric.endswith("_growth") for rule, _ in broken) and "overturned" not in labels
     advice = LONGER if grew and rest_of(metrics).get("grade") != "unstable" else ""
     failed = any(rule in limits and rule.measured for rule, _ in broken)
-    grade = FlightGrade.ABOVE if failed else FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_ASKED
+    grade = FlightGrade.ABOVE if failed else FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_COMMANDED
     return Graded(grade, reasons, labels, advice)
 
 

@@ -255,7 +255,7 @@ class MultirotorMission(Mission):
             events.append((gust.start, gust.start + gust.length, "the gust began", "the gust ended", "gust"))
         found = [EventMark(begin, began, word, end) for begin, end, began, _, word in events]
         found += [EventMark(end, ended) for _, end, _, ended, _ in events]
-        return [*found, *super().moments]
+        return found or super().moments
 
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics = flight_metrics(log, self.score_from, arm=self.arm)

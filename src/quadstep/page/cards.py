@@ -84,8 +84,9 @@ def picture(result: ResultFolder) -> str:
 
 
 MARKS = {
-    "as asked": ("good", "✓", "as asked"), "flew, but": ("fair", "!", "flew, but not as asked"), "lost": ("bad", "✕", "lost"),
-    "sound": ("good", "✓", "sound"), "fragile": ("fair", "!", "fragile"), "unstable": ("bad", "!", "unstable at rest"),
+    "as commanded": ("good", "✓", "as commanded"), "flew, but": ("fair", "!", "flew, but not as commanded"),
+    "lost": ("bad", "✕", "lost"), "sound": ("good", "✓", "sound"), "fragile": ("fair", "!", "fragile"),
+    "unstable": ("bad", "!", "unstable at rest"),
 }  # fmt: skip
 """Of a grade, of a flight or of its loop: its colour, its sign, and what it is called where no reason follows it."""
 

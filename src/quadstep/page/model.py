@@ -244,7 +244,8 @@ class StepView(NamedTuple):
 
     watch: a panel's id, "net" or "scene". look: at what of it. time: where the cursor starts [s]. window: the stretch of
     time of the plots [s].
-    success: within what a completed flight's numbers have to be, by the names of measures [m, rad]. asAsked: its grade, too.
+    success: within what a completed flight's numbers have to be, by the names of measures [m, rad]. asCommanded: its
+    grade, too.
     solution: what reaches it, as values.
     """
 
@@ -262,7 +263,7 @@ class StepView(NamedTuple):
     camera: str
     guess: GuessView | None
     success: dict[str, list[float]]
-    asAsked: bool  # noqa: N815
+    asCommanded: bool  # noqa: N815
     solution: dict[str, list[float]]
 
 

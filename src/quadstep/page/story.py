@@ -83,7 +83,7 @@ class Settings(Section):
     camera: Annotated[str, Field(pattern="^(orbit|follow)$")] = "orbit"
     guess: Guess | None = None
     success: dict[Measure, Annotated[list[float], AfterValidator(as_range)]] = Field(default_factory=dict)
-    as_asked: bool = False
+    as_commanded: bool = False
     solution: dict[str, Values] = Field(default_factory=dict)
 
 
@@ -189,7 +189,7 @@ def step_view(written: StoryStep, flight: FlightData, where: str, laws: Laws) ->
     return StepView(
         title, text, flight.id, controller.id, ghost, values, moved, watched, settings.look, settings.time, settings.window,
         settings.camera,
-        asked, {str(name): span for name, span in settings.success.items()}, settings.as_asked,
+        asked, {str(name): span for name, span in settings.success.items()}, settings.as_commanded,
         placed(settings.solution, "solution"),
     )  # fmt: skip
 

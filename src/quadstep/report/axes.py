@@ -160,7 +160,7 @@ def signed_logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
     axis.set_minor_locator(NullLocator())
     right, high = emptiest_corner(axes)
     axes.text(
-        right, 0.98 if high else 0.02, f"linear within ±{written(edge)}", transform=axes.transAxes,
+        0.98 if right else 0.02, 0.98 if high else 0.02, f"linear within ±{written(edge)}", transform=axes.transAxes,
         ha="right" if right else "left", va="top" if high else "bottom", fontsize=rcParams["legend.fontsize"], color="0.35",
         bbox=CLEAR,
     )  # fmt: skip

@@ -228,7 +228,7 @@ def arranged(
         axes.tick_params(labelbottom=True)
         if not log_time:
             ticked(axes.xaxis, 8)
-    for place, axes in enumerate(shown if above else []):
+    for place, axes in enumerate([] if log_time else shown):
         mark(axes, moments, words=place % rows == 0)
     for axes in shown:
         if axes not in lowest:

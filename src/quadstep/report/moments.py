@@ -26,7 +26,7 @@ def named(moments: Sequence[EventMark], low: float, high: float, across: float) 
         length, lasts = LETTER * SIZE * len(one.word), wide * (min(one.until, high) - one.time) / (high - low)
         begin = min(wide * (one.time - low) / (high - low), wide - length)
         end = begin + max(length, lasts)
-        for row in range(MOST_ROWS + 2 * (lasts > 0.0)) if one.word and low <= one.time <= high else ():
+        for row in range(MOST_ROWS + 2 * (lasts > 0.0)) if one.word and one.named and low <= one.time <= high else ():
             if all(end + GAP <= first or last + GAP <= begin for place, first, last in taken if place == row):
                 taken.append((row, begin, end))
                 found.append((one, row, begin))

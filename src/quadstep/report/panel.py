@@ -44,13 +44,14 @@ class Panel(NamedTuple):
 
 class EventMark(NamedTuple):
     """When something happens in a flight [s]. what: happens to the vehicle, in the past tense, or nothing. word: for a figure,
-    or nothing where it is the end of what one has. until: it lasts [s].
+    or nothing where it is the end of what one has. until: it lasts [s]. named: whether a figure writes the word.
     """
 
     time: float
     what: str
     word: str = ""
     until: float = 0.0
+    named: bool = True
 
 
 ROOM = 1.0

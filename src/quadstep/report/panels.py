@@ -26,6 +26,13 @@ Numbers = NDArray[np.float64]
 BATTERY = "battery"
 """The panel of which the lowest value matters."""
 
+MEANT = {
+    "norm of weights": "W1 and W2 are the weights that the two nets have learned.",
+    "filtered errors": "r1 and r2 are the filtered errors of position and attitude, which the law drives towards 0.",
+    "L without weights": "L is the Lyapunov function without its term in the weights' errors, which nobody knows.",
+}
+"""What the symbols of a panel stand for."""
+
 SPOKEN = {"phi": "roll phi", "theta": "pitch theta", "psi": "yaw psi"}
 """Angles of the paper's plant with their names."""
 
@@ -68,7 +75,7 @@ def in_view(log: FlightLog, track: Track) -> tuple[FlightLog, str]:
     out = int(((track.flown < low) | (track.flown > high)).any(axis=1).argmax())
     if log.outcome is Outcome.COMPLETED or not out:
         return log, ""
-    return log._replace(rows=log.rows[: out + 1]), f"Until {at(log.column('t'), out)}"
+    return log._replace(rows=log.rows[: out + 1]), at(log.column("t"), out)
 
 
 def of_attitude(log: FlightLog, panels: list[Panel]) -> str:
@@ -92,39 +99,27 @@ def of_inputs(log: FlightLog, panels: list[Panel]) -> str:
     """The thrust and the torque at most, and how often the limits cut what the law commands."""
     sizes = [(np.abs(next(iter(one.lines.values()))), one) for one in panels]
     torques = [pair for pair in sizes[1:] if pair[1].unit == "N m"]
-    found = []
-    for what, (size, one) in zip(("", "torque"), [sizes[0], *sorted(torques, key=lambda pair: -pair[0].max())], strict=False):
+    found, largest = [], [sizes[0], *sorted(torques, key=lambda pair: -pair[0].max())]
+    for what, (size, one) in zip(("thrust" * (panels[0].label == "u"), "torque"), largest, strict=False):
         place = int(size.argmax())
         most = quantity(float(next(iter(one.lines.values()))[place]), one.unit)
         named = f"{what}, {one.label}," if what else one.label
         found.append(f"The largest {named} is {most}, at {at(log.column('t'), place)}.")
     said = " ".join(found)
-    pairs = [[*panel.lines.values()] for panel in panels if len(panel.lines) == 2]
-    if pairs:
-        cut = [np.abs(a - b) > SAME * max(float(np.abs(a).max()), 1e-300) for a, b in pairs]
-        share = float(np.mean(np.any(cut, axis=0)))
+    if (cut := limited(log, [one.label for one in panels])) is not None:
+        share = float(cut.mean())
         said += f" The limits cut the law's command {percent(share)} of the time." if share else " No limit is reached."
     return said
 
 
 def of_others(panels: list[Panel], t: Numbers, more: str = "") -> str:
-    """The largest value of each panel. more: what no panel shows, after a blank."""
-    found = []
+    """What the symbols of these panels stand for, and when a battery is lowest. more: what no panel shows, after a blank."""
+    said = [MEANT[panel.label] for panel in panels if panel.label in MEANT]
     for panel in panels:
-        name, values = max(panel.lines.items(), key=lambda one: float(np.abs(one[1]).max()) if len(one[1]) else 0.0)
-        if len(values):
-            low = panel.label == BATTERY
-            place = int(values.argmin() if low else np.abs(values).argmax())
-            value = float(values[place])
-            each = panel.unit.split(", ")  # or one for all lines
-            unit = each[list(panel.lines).index(name)] if len(each) == len(panel.lines) else panel.unit
-            size = number(value) if unit == "-" or "," in unit else quantity(value, unit)
-            if low:
-                more = f" The voltage of the battery is lowest at {at(t, place)}: {size}.{more}"
-                continue
-            found.append(f"{panel.label} {size} ({f'{name}, ' if len(panel.lines) > 1 else ''}at {at(t, place)})")
-    begins = "The largest values are:" if found[1:] else "The largest value is:"
-    return f"{begins} {listed(found)}.{more}" if found else more.strip() or listed([panel.label for panel in panels])
+        if panel.label == BATTERY:
+            place = int((voltage := panel.lines["voltage"]).argmin())
+            said.append(f"The battery's voltage is lowest at {at(t, place)}: {quantity(float(voltage[place]), 'V')}.")
+    return f"{' '.join(said)}{more}".strip() or f"Over time: {listed([panel.label for panel in panels])}."
 
 
 def at(t: Numbers, place: int) -> str:
@@ -191,14 +186,21 @@ def input_columns(log: FlightLog, efforts: Mapping[str, str]) -> tuple[str, ...]
 
 
 def input_panels(log: FlightLog, efforts: Mapping[str, str] | None = None) -> list[Panel]:
-    """Thrust and torques; where the log tells them apart, commanded and within the limits."""
-    panels = []
-    for name in input_columns(log, efforts or {}):
-        panel = against(log, name)
-        if f"{name}_a" in log.columns:
-            panel = panel._replace(lines={COMMANDED: log.column(name), "within limits": log.column(f"{name}_a")})
-        panels.append(panel)
-    return panels
+    """Thrust and torques; commanded and within the limits, where these cut any."""
+    names = input_columns(log, efforts or {})
+    panels = [against(log, name) for name in names]
+    if not np.any(limited(log, names)):
+        return panels
+    both = ({COMMANDED: log.column(name), "within limits": log.column(f"{name}_a")} for name in names)
+    return [one._replace(lines=lines) for one, lines in zip(panels, both, strict=True)]
+
+
+def limited(log: FlightLog, names: Sequence[str]) -> NDArray[np.bool_] | None:
+    """At which samples limits cut any of these inputs; None where the log does not tell."""
+    if not names or not all(f"{name}_a" in log.columns for name in names):
+        return None
+    wanted, made = log.table(*names), log.table(*(f"{name}_a" for name in names))
+    return np.any(np.abs(wanted - made) > SAME * np.maximum(np.abs(wanted).max(axis=0), 1e-300), axis=1)
 
 
 def other_panels(log: FlightLog) -> list[Panel]:
@@ -251,7 +253,7 @@ def in_space(log: FlightLog, suffix: str = "") -> NDArray[np.float64]:
 
 
 def left_path(log: FlightLog, metrics: Metrics) -> str:
-    """That a flight, if not as asked, left its path or the point to hold (docs/metrics.md), in a sentence; or ""."""
+    """That a flight, if not as commanded, left its path or the point to hold (docs/metrics.md), in a sentence; or ""."""
     largest, share = metrics.get("largest_error[m]"), metrics.get("relative_error")
     if graded(metrics).grade is not FlightGrade.FLEW_BUT or not isinstance(largest, float) or not len(log.rows):
         return ""
@@ -285,8 +287,13 @@ def seen_moments(log: FlightLog, moments: Sequence[EventMark], since: float = 0.
 
 def of_marks(moments: Sequence[EventMark]) -> str:
     """What these look like over time, to follow a caption."""
-    lasting = " The strips above the axes show how long something lasts; dashed lines mark where it begins and ends."
+    lasting = " Strips show how long something lasts; dashed lines, in every figure, where it begins and ends."
     return lasting if any(one.word and one.until > one.time > 0.0 for one in moments) else ""
+
+
+def with_quiet_marks(jobs: Sequence[FigureJob]) -> list[FigureJob]:
+    """Figures of one report, of which only the first writes what its lines over time mark."""
+    return [*jobs[:1], *(one._replace(moments=[mark._replace(named=False) for mark in one.moments]) for one in jobs[1:])]
 
 
 def jobs_to_draw(jobs: Sequence[FigureJob], sheet: Sheet) -> list[FigureJob]:
@@ -339,7 +346,13 @@ def panel_jobs(log: FlightLog, _name: str, efforts: Mapping[str, str] | None = N
         ("inputs", inputs, partial(of_inputs, log, inputs)),
         (rest, others, partial(of_others, others, t, steady_wind(log))),
     )
-    why = {"position": ", when the vehicle leaves the view above"}
-    cuts = [f"{cut}{why.get(file, '')}. " * bool(cut) for file, *_ in figures]
-    drawn = zip(cuts, figures, strict=True)
-    return [*path, *(FigureJob(file, cut + said(), t, panels, 2) for cut, (file, panels, said) in drawn if panels)]
+    return [*path, *(FigureJob(file, shown(cut, file, said()), t, panels, 2) for file, panels, said in figures if panels)]
+
+
+def shown(cut: str, file: str, said: str) -> str:
+    """A caption of a figure that ends at `cut`, the end of what its view of the path shows, if it does."""
+    if not cut:
+        return said
+    if file == "position":  # farthest where it is cut
+        return f"Drawn until {cut}, when the vehicle leaves the view above."
+    return f"Until {cut}, {said[0].lower()}{said[1:]}" if file in ("attitude", "inputs") else f"Drawn until {cut}. {said}"

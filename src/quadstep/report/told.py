@@ -96,7 +96,8 @@ def extent(axes: Axes, high: float) -> tuple[float, float, float]:
     """Left, right and bottom of axes with their labels [pt]: all that they draw would take a third of the drawing's time."""
     box, label, below = axes.get_window_extent(), axes.yaxis.label, axes.xaxis.label
     beside = label.get_window_extent() if label.get_text() else axes.yaxis.get_tightbbox(None) or box
-    low = below.get_window_extent().y0 - CUT if below.get_text() and axes.xaxis.get_visible() else 0.0
+    low = below.get_window_extent().y0 - CUT if below.get_text() else 0.0
+    low = low if axes.xaxis.get_visible() else box.y0
     return min(box.x0, beside.x0), max(box.x1, beside.x1), high - low
 
 

@@ -71,9 +71,9 @@ RANKED = {"": "", FRAGILE: " with a stable loop", SOUND: " with a sound loop"}
 
 
 def may_rank(grade: str, rest: dict[str, str], loop: str) -> bool:
-    """Whether a flight is as asked (one that tumbled may have a small error, too), with a loop that the class asks for."""
+    """Whether a flight is as commanded (one that tumbled may have a small error, too), with a loop that the class asks for."""
     enough = [FRAGILE, SOUND] if loop == FRAGILE else [loop]
-    return grade == FlightGrade.AS_ASKED and (not loop or rest.get("grade") in enough)
+    return grade == FlightGrade.AS_COMMANDED and (not loop or rest.get("grade") in enough)
 
 
 def is_free(key: str, free: tuple[str, ...]) -> bool:
@@ -131,7 +131,7 @@ def fly_submission(text: str, ground: Ground, out: Path) -> SubmissionResult:
     numbers = {key: float(value) for key, value in scalars(metrics).items() if value is not None and math.isfinite(value)}
     reasons = sorted(verdict.reasons, key=lambda one: not one.startswith(TILTED))[:2]  # a tumble first
     but = " and ".join(reasons).replace(TILTED, "it tumbled, tilting to")
-    told = lost or f"Flown to its end, {f'but {but}' if but else 'as asked'}."
+    told = lost or f"Flown to its end, {f'but {but}' if but else 'as commanded'}."
     rest = dict(rest_of(metrics))
     return SubmissionResult(" ".join([told, *at_rest_sentences(rest)]), verdict.grade, numbers, rest)
 

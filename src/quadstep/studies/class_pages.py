@@ -70,8 +70,8 @@ def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # 
         '<button>Submit</button> <a href="/try">Try gains on the live page first</a> '
         '<span id="answer" role="status"></span></form>',
         "</section><section>", heading("Board", "ranking"),
-        f"<p>The smallest {escape(words)} of a flight as asked{RANKED[room.section.loop]} wins. Other flights are not ranked. "
-        "A fragile loop may fail on a vehicle that differs a little from the model.</p>",
+        f"<p>The smallest {escape(words)} of a flight as commanded{RANKED[room.section.loop]} wins. Other flights are not "
+        "ranked. A fragile loop may fail on a vehicle that differs a little from the model.</p>",
         board(room, member), "</section></div>",
         heading(f"Gains of the controller “{room.mission.controller.type}”", "gains", escape) if gains else "", gains,
         heading("Your attempts", "history"), attempts(member, "/mine"),
@@ -109,9 +109,9 @@ def student_news(room: Room, member: Member) -> str:
     where = "behind the class's own gains" if behind else f"rank {place(ranked, member)} of {len(ranked)}"
     rank = f"Your best: {shown(room, member)}, {where}." if member in ranked else ""
     if member.best and not member.ranked:
-        rank = f"Your smallest: {shown(room, member)}, not ranked: no flight of yours was as asked{RANKED[room.section.loop]}."
+        rank = f"Your smallest: {shown(room, member)}, not ranked: none of yours was as commanded{RANKED[room.section.loop]}."
     late, loop = member.latest, room.section.loop
-    if late and late.grade == FlightGrade.AS_ASKED and not may_rank(late.grade, late.rest, loop):
+    if late and late.grade == FlightGrade.AS_COMMANDED and not may_rank(late.grade, late.rest, loop):
         value = units.quantity(member.value_of(late) or 0.0, units.metric(room.ground.metric)[1])
         late_said = f"Attempt {late.number}: {value}, not ranked: the loop is {late.rest.get('grade', 'not known')}."
         rank = f"{late_said} {rank}" if member.ranked else late_said
@@ -179,7 +179,7 @@ def board(room: Room, me: Member | None = None) -> str:
 
 def order(flown: Attempt | SubmissionResult | None, loop: str, value: float | None) -> tuple[int, float]:
     """By what rows of the board are sorted: ranked flights, other completed ones, the rest; each by their value."""
-    if flown is None or flown.grade not in (FlightGrade.AS_ASKED, FlightGrade.FLEW_BUT):
+    if flown is None or flown.grade not in (FlightGrade.AS_COMMANDED, FlightGrade.FLEW_BUT):
         return 2, 0.0
     return int(not may_rank(flown.grade, flown.rest, loop)), value or 0.0
 

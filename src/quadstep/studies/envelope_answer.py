@@ -66,24 +66,24 @@ def answer(envelope: Envelope) -> str:
     judged = "; ".join(asked.campaign.judged[not limited :])
     meant = as_sentence(f" ({judged})" * bool(judged))
     more = f"{how_sure(envelope)}{meant}{idle(envelope)}"
-    return f"{said[0].upper()}{said[1:]}{as_asked(envelope)}.{more}"
+    return f"{said[0].upper()}{said[1:]}{as_commanded(envelope)}.{more}"
 
 
 DO = {"succeeded": "succeed", "reached the end": "reach the end"}
 
 
-def as_asked(envelope: Envelope) -> str:
-    """How many of the flights shown that reach the end are as asked, and what the others lack, in a sentence of its own;
+def as_commanded(envelope: Envelope) -> str:
+    """How many of the flights shown that reach the end are as commanded, and what the others lack, in a sentence of its own;
     nothing where all are, or where the user set limits.
     """
     ended = [one for one in envelope.grades if one.grade is not FlightGrade.LOST]
-    good = sum(one.grade is FlightGrade.AS_ASKED for one in ended)
+    good = sum(one.grade is FlightGrade.AS_COMMANDED for one in ended)
     if good == len(ended) or envelope.asked.campaign.file.failure:
         return ""
     lack = Counter(label for one in ended for label in one.labels).most_common()
     shown = f"{len(ended)} flights shown{' that reach the end' * (len(ended) < len(envelope.grades))}"
     bad = len(ended) - good
-    said = f"{bad} of the {shown} {'is' if bad == 1 else 'are'} not as asked" if good else f"None of the {shown} is as asked"
+    said = f"{bad if good else 'None'} of the {shown} {'are' if good and bad > 1 else 'is'}{' not' * bool(good)} as commanded"
     return f". {said}: {units.listed([f'{label} in {count}' for label, count in lack])}"
 
 

@@ -12,8 +12,8 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics import quantities
 from quadstep.metrics.off_command import off_command
-from quadstep.metrics.quantities import FAR, LoggedFlight, QuantityRows, heading_error, moves, position_errors, shorter_way
-from quadstep.metrics.registry import Metrics, group, metric, of_saturation, rest_of, with_unit
+from quadstep.metrics.quantities import FAR, LoggedFlight, QuantityRows, heading_error, moves, position_errors
+from quadstep.metrics.registry import Metrics, group, metric, of_saturation, rest_of
 from quadstep.metrics.verdict import Case, FlightGrade, graded
 from quadstep.mission.listings import rounded, written
 from quadstep.report import markup, units
@@ -41,10 +41,10 @@ PHASE = re.compile(r'(?<="phase": )[\d.e-]+')
 
 def write_report(
     path: Path, mission: "Mission", log: FlightLog, metrics: Metrics, warnings: Sequence[str],
-    figures: dict[str, str], why: str = "", ending: Metrics | None = None,
+    figures: dict[str, str], why: str = "",
 ) -> None:  # fmt: skip
     """Write it beside the flight's other files. figures: their captions by path from there, without ending. why: it ended
-    early, if known. ending: the state that ended it, as in metrics.json.
+    early, if known.
     """
     grade, _, labels, _ = graded(metrics)
     near = grade is not FlightGrade.LOST and set(labels) <= {"large error"}  # what else goes wrong may explain it
@@ -56,9 +56,9 @@ def write_report(
     sections: list[Section] = [markup.links(places)]
     if "position" in metrics:
         said = f"{size}Counted{counted}. " if counted else size
-        header, rows = error_table(metrics, ending)
+        header, rows = error_table(metrics, log)
         if isinstance(rms := metrics.get("heading_error[rad]"), float) and "attitude" not in metrics:  # whose rows have it
-            rows.append(heading_row(LoggedFlight(log, mission.scored_from), rms, ending))
+            rows.append(heading_row(LoggedFlight(log, mission.scored_from), rms))
         sections.append(TableSection("Errors", "errors", header, rows, said + ("" if seen else off)))
     if drawn[IN_SUMMARY:]:
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]
@@ -76,12 +76,9 @@ def write_report(
         whose = f"{len(left)} parameters of its file that {mission.controller.type} does not use"
         sections.append(markup.verbatim("\n".join(left), whose))
     when = worst(log, mission.scored_from, mission.moments) if "position" in metrics else ""
-    off_at, found_facts = lost_at(metrics, ending or {}), facts(metrics, counted, when)
-    measured = [
-        *([markup.Fact("distance from the path when lost", off_at)] if off_at else []),
-        *(one for one in found_facts if not (off_at and one.what == "largest error")),
-        *own_facts(mission, metrics),
-    ]
+    lost = [distance_when_lost(log)] if log.outcome is not Outcome.COMPLETED and "position" in metrics else []
+    found_facts = facts(metrics, counted, when, "voltage" in log.columns and bool(log.column("voltage").any()))
+    measured = [*lost, *found_facts[len(lost) :], *own_facts(mission, metrics)]  # a lost flight's largest error says no more
     lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission), size)]
     first, *more = filter(None, lines)
     found = Evidence(
@@ -131,16 +128,17 @@ def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
     return f"{size}{f' (distances above {FAR:g} m count as {FAR:g} m)' * bool(capped)}. "
 
 
-def missed(ending: Metrics, name: str, base: str) -> float:
-    """How far a column was from its command in the state that ended a flight, as in metrics.json; NaN where it has none."""
-    flown, wanted = (cast(float, ending.get(with_unit(one, base), math.nan)) for one in (name, f"{name}_d"))
-    return abs(float(shorter_way(np.array(wanted - flown)) if base == "rad" else wanted - flown))
+def distance_when_lost(log: FlightLog) -> markup.Fact:
+    """How far from its path a lost flight was in the last row of its log, which all its numbers end with."""
+    last = float(log.column("t")[-1])
+    off = units.quantity(float(np.linalg.norm(position_errors(log)[-1])), "m")
+    when = f"in the log's last row, {log.ended - last:.2g}\u00a0s before the loss"
+    return markup.Fact(f"distance from the path {at_last(last)}", off, when)
 
 
-def lost_at(metrics: Metrics, ending: Metrics) -> str:
-    """How far from its path a flight was when it was lost; "" where it was not, or where nobody knows."""
-    off = math.hypot(*(missed(ending, axis, "m") for axis in group(metrics, "position")))
-    return units.quantity(off, "m", 4) if ending and math.isfinite(off) else ""
+def at_last(last: float) -> str:
+    """When the log of a lost flight ends [s]."""
+    return f"at {last:.4g}\u00a0s"
 
 
 def worst(log: FlightLog, since: float, moments: Sequence[EventMark] = ()) -> str:
@@ -153,9 +151,9 @@ def worst(log: FlightLog, since: float, moments: Sequence[EventMark] = ()) -> st
     return f", at {at(t, place)}{f', {t[place] - before:.2f} s after {what}' if what else ''}"
 
 
-def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fact]:
+def facts(metrics: Metrics, counted: str = "", when: str = "", battery: bool = False) -> list[markup.Fact]:
     """The numbers that say most, as far as the flight has them. counted: from when errors are, as `errors_since` has it.
-    when: as `worst` has it.
+    when: as `worst` has it. battery: whether one drains.
     """
     found = []
     if "position" in metrics:
@@ -168,10 +166,10 @@ def facts(metrics: Metrics, counted: str = "", when: str = "") -> list[markup.Fa
     rest = rest_of(metrics)
     kind = BAD_LOOPS.get(rest.get("grade", ""), "")
     loop = [markup.Fact("loop at rest where the path begins", rest["grade"], rest["why"], kind=kind)] if rest else []
-    return [*found, *of_limits(metrics), *loop]
+    return [*found, *of_limits(metrics, battery), *loop]
 
 
-def of_limits(metrics: Metrics) -> list[markup.Fact]:
+def of_limits(metrics: Metrics, battery: bool = False) -> list[markup.Fact]:
     """How close the vehicle came to its limits in the whole flight, as far as it has that."""
     found = []
     if "largest_tilt[rad]" in metrics:
@@ -179,7 +177,7 @@ def of_limits(metrics: Metrics) -> list[markup.Fact]:
         found.append(markup.Fact("largest tilt", tilt, "between thrust and vertical"))
     if "largest_thrust_share" in metrics:
         share = metric(metrics, "largest_thrust_share")
-        more = f"all rotors together used at most {units.percent(share)} of their full thrust (with a full battery)"
+        more = f"of the rotors' total thrust{' on a full battery' * battery} was never used"
         found.append(markup.Fact("smallest thrust margin", units.percent(1.0 - share), more))
     if "saturated_share" in metrics:
         said = of_saturation(metrics, units.percent)
@@ -211,33 +209,26 @@ def gain_rows(mission: "Mission") -> list[list[str]]:
 
 
 HEADER = ("error", "RMSE", "largest", "final", "unit")
-LOST = ("error", "largest", "when lost", "unit")
-"""Of the table of errors, and of that of a lost flight."""
+"""Of the table of errors; a lost flight's says when its log ends, and has no RMSE."""
 
 SMALL = 0.01
 """In the unit of the others; what is no larger has its own."""
 
 
-def heading_row(flight: LoggedFlight, rms: float, ending: Metrics | None) -> list[str]:
+def heading_row(flight: LoggedFlight, rms: float) -> list[str]:
     """The heading's row of the table of errors."""
     off = np.abs(cast(QuantityRows, heading_error(flight)).values[:, 0])
-    if ending:
-        off = np.append(off, missed({**ending, "yaw_d[rad]": ending["heading_d[rad]"]}, "yaw", "rad"))
-    values = [*([] if ending else [rms]), float(np.nanmax(off)), float(off[-1])]
+    values = [rms, float(off.max()), float(off[-1])][flight.log.outcome is not Outcome.COMPLETED :]
     return ["heading", *(units.number(math.degrees(one)) if math.isfinite(one) else "–" for one in values), "°"]
 
 
-def error_table(metrics: Metrics, ending: Metrics | None = None) -> tuple[Sequence[str], list[list[str]]]:
-    """Header and rows: each axis and angle, those of a kind in one unit unless one is too small to be read in it. ending: the
-    state that ended a lost flight, which is none of its rows.
-    """
-    rows = []
+def error_table(metrics: Metrics, log: FlightLog) -> tuple[Sequence[str], list[list[str]]]:
+    """Header and rows: each axis and angle, those of a kind in one unit unless one is too small to be read in it."""
+    rows, lost = [], log.outcome is not Outcome.COMPLETED
     for kind, base in (("position", "m"), ("attitude", "rad")):
         largest = max((one[f"largest[{base}]"] for one in group(metrics, kind).values()), default=0.0)
         for axis, one in group(metrics, kind).items():
-            values = [one[f"{key}[{base}]"] for key in ("rmse", "largest", "final")]
-            if ending:  # a state that is none of the log's rows
-                values = [np.fmax(values[1], at_end := missed(ending, axis, base)), at_end]
+            values = [one[f"{key}[{base}]"] for key in ("rmse", "largest", "final")][lost:]
             unit, factor = units.suited(base, largest)
             if factor * largest < 1.0 and unit != "°":  # the finer unit has room for what is smaller
                 unit, factor = units.suited(base, 0.05 * largest)
@@ -245,4 +236,4 @@ def error_table(metrics: Metrics, ending: Metrics | None = None) -> tuple[Sequen
                 unit, factor = units.suited(base, max(values))
             written = (units.number(factor * value) if math.isfinite(value) else "–" for value in values)
             rows.append([SPOKEN.get(axis, axis), *written, unit])
-    return LOST if ending else HEADER, rows
+    return (*HEADER[:1], HEADER[2], at_last(log.column("t")[-1]), HEADER[-1]) if lost and rows else HEADER, rows

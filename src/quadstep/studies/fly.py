@@ -27,7 +27,7 @@ from quadstep.mission.check import check
 from quadstep.mission.own_controller import AUTOPILOTS, FIRST_WAIT, Matching, PilotedSection, piloted_section
 from quadstep.mission.read import REAL, plan_mission, read_mission
 from quadstep.mission.schema import Grading, Mission, ungraded
-from quadstep.report.panels import jobs_to_draw, labels_of, left_path
+from quadstep.report.panels import jobs_to_draw, labels_of, left_path, with_quiet_marks
 from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json, write_log
 from quadstep.report.sheet import Sheet
@@ -121,7 +121,7 @@ def fly_mission(
         metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, ending, progress, sheet, why, grading)
     diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
-    summary = summarise(mission.name, log, metrics, warnings, judged, mission, why, ending)
+    summary = summarise(mission.name, log, metrics, warnings, judged, mission, why)
     summary = summary._replace(facts=[*summary.facts, *([one.what, one.value] for one in own_facts(mission, metrics))])
     if lost := plan.loop.controller.why_lost(plan.parameters.gains):
         return summary._replace(ending=f"{lost}. The log up to that point is kept.")
@@ -168,7 +168,7 @@ def write_results(
     (out / "figures").mkdir()
     sheet = (sheet or Sheet()).shown()
     figures = mission.figures(log) if len(log.rows) > 1 else []
-    jobs = jobs_to_draw(figures, sheet)
+    jobs = with_quiet_marks(jobs_to_draw(figures, sheet))
     drawn = [pool.submit(job.draw, out / "figures", sheet) for job in jobs]
     measured = mission.flight_metrics(log, grading)  # while processes draw
     zero = [f"--signals: {one} has nothing to show, and is not drawn" for one in sheet.lacking(labels_of(figures)) if figures]
@@ -188,7 +188,7 @@ def write_results(
         figure.result()
         progress("drawing figures", done, len(jobs))
     captions = {f"figures/{job.name}": job.caption for job in jobs}
-    write_report(out / REPORT, mission, log, metrics, warnings, captions, why, ending)
+    write_report(out / REPORT, mission, log, metrics, warnings, captions, why)
     return metrics, warnings
 
 
@@ -254,12 +254,12 @@ def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
 
 def summarise(
     name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, ...], judged: list[JudgedMetric],
-    mission: Mission | None, why: str = "", ended: Metrics | None = None,
+    mission: Mission | None, why: str = "",
 ) -> FlightSummary:  # fmt: skip
     """The table of errors, how close the vehicle came to its limits, and the closing line. mission, why: it ended early, if
-    known. ended: the state that ended it, as in metrics.json.
+    known.
     """
-    header, errors = error_table(metrics, ended)
+    header, errors = error_table(metrics, log)
     rows = [[f"{axis} [{unit}]", *values] for axis, *values, unit in errors]
     facts = [[one.what, one.value] for one in of_limits(metrics)]
     completed = log.outcome is Outcome.COMPLETED

@@ -140,8 +140,7 @@ class Flight(FlightLog):
 
     def _repr_html_(self) -> str:
         """The view in a notebook: a table of results and the position over time."""
-        ended = ending_state(self.plan, self)
-        said = summarise(self.name, self, self.metrics(), self.warnings, [], self.mission, ended=ended)
+        said = summarise(self.name, self, self.metrics(), self.warnings, [], self.mission)
         parts = [f"<strong>{escape(said.name)}</strong>", paragraph(said.ending)]
         parts += [paragraph(f"Warning: {warning}") for warning in said.warnings]
         if said.rows:

@@ -45,8 +45,8 @@ def unit_of(results: Comparison, name: str) -> Unit:
 def answer(results: Comparison) -> str:
     """Who is best where, in a sentence."""
     graded = [one.grade for one in results.results]  # none of an autopilot
-    short = all(one and one.grade is not FlightGrade.AS_ASKED for one in graded)
-    begins = f"No {results.kind} flies as asked{' in any situation' * (len(results.ranked) > 1)}: " * short
+    short = all(one and one.grade is not FlightGrade.AS_COMMANDED for one in graded)
+    begins = f"No {results.kind} flies as commanded{' in any situation' * (len(results.ranked) > 1)}: " * short
     text = overall(results) if len(results.ranked) > 1 else alone(results)
     return begins + (text[:1].upper() + text[1:] if text.startswith(("every", "by ")) and not begins else text)
 
@@ -197,19 +197,19 @@ def decision(results: Comparison, situation: Situation, one: str, other: str) ->
 
 
 def warned(results: Comparison) -> list[str]:
-    """What speaks against those who lead: where no median flight is as asked, why theirs is not, and the flights they lose."""
-    nowhere, asked, losing = [], [], []
+    """What speaks against those who lead: where no median flight is as commanded, why not, and the flights they lose."""
+    nowhere, bad, losing = [], [], []
     for situation in results.ranked:
         where = f" in {quoted(results, situation)}" if len(results.ranked) > 1 else ""
         cells, lead = results.of(situation), leaders(results, situation)
-        none = bool(where and lead) and all(one.grade and one.grade.grade is not FlightGrade.AS_ASKED for one in cells)
+        none = bool(where and lead) and all(one.grade and one.grade.grade is not FlightGrade.AS_COMMANDED for one in cells)
         nowhere += [quoted(results, situation)] * none
         for one in (each for each in cells if each.controller in lead):
             who = several([one.controller])
-            asked += [f"{who}{where} ({', '.join(one.grade.labels)})"] if one.grade and one.grade.labels and not none else []
+            bad += [f"{who}{where} ({', '.join(one.grade.labels)})"] if one.grade and one.grade.labels and not none else []
             losing += [f"{who} {percent(one.lost.value)}{where}"] if one.lost.value else []
-    said = [f"No {results.kind} flies as asked in {shortened(nowhere)}."] * (0 < len(nowhere) < len(results.ranked))
-    return said + [f"{what}: {shortened(one)}." for what, one in (("Not as asked", asked), ("Lost flights", losing)) if one]
+    said = [f"No {results.kind} flies as commanded in {shortened(nowhere)}."] * (0 < len(nowhere) < len(results.ranked))
+    return said + [f"{what}: {shortened(one)}." for what, one in (("Not as commanded", bad), ("Lost flights", losing)) if one]
 
 
 def shortened(items: list[str]) -> str:

@@ -166,7 +166,7 @@ def medians(results: Comparison, flights: Sequence[Job[StudyCell]], vehicle: str
     text = MEDIANS.format(words.measured(results), counted(results.seeds, "flight"), scored, marked, large)
     text = f"{text[:1].upper()}{text[1:]}"
     title = f"{', '.join([vehicle, *filter(None, results.shared[1:])]) + ': ' if vehicle else ''}{words.measured(results)}"
-    title += f" of {counted(results.seeds, 'flight')}{marked and '; !: not as asked'}"
+    title += f" of {counted(results.seeds, 'flight')}{marked and '; !: not as commanded'}"
     label, ((corner, *names), found_rows) = vehicle or "Missions", tables.matrix(results, vehicle)
     lead = [leaders(results, one) for one in results.ranked if one.vehicle == vehicle]
     cells: list[list[markup.Cell]] = [
@@ -181,11 +181,11 @@ def medians(results: Comparison, flights: Sequence[Job[StudyCell]], vehicle: str
 
 
 def facts(results: Comparison) -> list[markup.Fact]:
-    """How many fly as asked, and how much is decided."""
+    """How many fly as commanded, and how much is decided."""
     graded = [one.grade for one in results.results if one.grade]
-    wrong = [one for one in graded if one.grade is not FlightGrade.AS_ASKED]
+    wrong = [one for one in graded if one.grade is not FlightGrade.AS_COMMANDED]
     why = dict.fromkeys(label for one in wrong for label in one.labels or ("lost",))
-    asked = markup.Fact("median flights not as asked", f"{len(wrong)} of {len(graded)}", listed([*why]))
+    asked = markup.Fact("median flights not as commanded", f"{len(wrong)} of {len(graded)}", listed([*why]))
     pairs = markup.Fact(
         "pairs decided",
         f"{results.pairs - results.undecided} of {results.pairs}",

@@ -71,7 +71,7 @@ def write_tables(out: Path, results: Comparison) -> None:
 
 
 def short(results: Comparison, one: SituationResult) -> str:
-    """A cell in few words: median, 95 % quantile, what is lost, and whether its median flight is not as asked."""
+    """A cell in few words: median, 95 % quantile, what is lost, and whether its median flight is not as commanded."""
     spread, factor = one.spreads[results.metric], unit_of(results, results.metric).factor
     parts = [number(factor * value) if math.isfinite(value) else "lost" for value in (spread.median.value, spread.high.value)]
     lost = f", {share_lost(one)}" if one.lost.value > 0.0 else ""
@@ -79,10 +79,10 @@ def short(results: Comparison, one: SituationResult) -> str:
 
 
 def marks(results: Comparison, vehicle: str) -> str:
-    """What the mark of a flight that is not as asked means, in a sentence after a blank; nothing where there is none."""
+    """What the mark of a flight that is not as commanded means, in a sentence after a blank; nothing where there is none."""
     graded = [one.grade for one in results.results if one.grade and one.situation.vehicle == vehicle]
     why = dict.fromkeys(label for one in graded for label in one.labels)
-    return f" !: the median flight is not as asked ({listed([*why])})." * bool(why)
+    return f" !: the median flight is not as commanded ({listed([*why])})." * bool(why)
 
 
 def matrix(results: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]:

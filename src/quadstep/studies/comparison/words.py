@@ -143,7 +143,9 @@ def advice(results: Comparison) -> list[str]:
     if results.seeds < needed:
         return [f"Next: fly at least {needed} flights each (--seeds), as with fewer no difference can be significant."]
     if not any(one.grade is None or not one.grade.labels for one in results.results if one.controller in who):
-        return [f"Next: better gains (`quadstep tune`), as no median flight of {several(who) if who else 'any'} is as asked."]
+        return [
+            f"Next: better gains (`quadstep tune`), as no median flight of {several(who) if who else 'any'} is as commanded."
+        ]
     untuned = bool(results.entrants) and results.kind == "controller" and not any(one.trained for one in results.entrants)
     but = ["No gains were tuned for this comparison; a table [tuning] tunes all with equal budgets."] * untuned
     if most < many:
