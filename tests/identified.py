@@ -94,16 +94,16 @@ WAYS = (
 def row(one: FlightComparison) -> str:
     """How far one simulated flight is from the real one."""
     real, made = one.real, one.simulated
-    parts = f"RMSE {made.rmse / real.rmse:5.2f}  lead {made.lead - real.lead:+6.2f} s"
+    parts = f"RMSE {made.rmse / real.rmse:5.2f}  lag {made.lag - real.lag:+6.2f} s"
     return f"  {one.name:24} {parts}  tilt {math.degrees(made.tilt - real.tilt):+6.1f} deg  rates {made.rate / real.rate:5.2f}"
 
 
 def right(flown: list[FlightComparison]) -> str:
-    """On how many the RMSE is within a factor of 2, the lead within 85 ms, the tilt within 4 degrees."""
+    """On how many the RMSE is within a factor of 2, the lag within 85 ms, the tilt within 4 degrees."""
     rmse = sum(0.5 < one.simulated.rmse / one.real.rmse < 2.0 for one in flown)
-    lead = sum(abs(one.simulated.lead - one.real.lead) < 0.085 for one in flown)
+    lag = sum(abs(one.simulated.lag - one.real.lag) < 0.085 for one in flown)
     tilt = sum(abs(one.simulated.tilt - one.real.tilt) < math.radians(4.0) for one in flown)
-    return f"RMSE right on {rmse}, lead on {lead}, tilt on {tilt} of {len(flown)}"
+    return f"RMSE right on {rmse}, lag on {lag}, tilt on {tilt} of {len(flown)}"
 
 
 def flown_by(fitted: list[FlightRecord], flights: list[FlightRecord], controller: dict[str, object]) -> list[FlightComparison]:

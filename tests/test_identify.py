@@ -11,7 +11,7 @@ import pytest
 from quadstep.identify import pages
 from quadstep.identify.averages import AverageEstimate, blocks, rotor_speeds, torques
 from quadstep.identify.fit import CHECKED, LONG_WEIGHTS, Fitted, Identified, identify, in_step
-from quadstep.identify.flown_setpoints import as_flown, is_wrong, span_of_thrust
+from quadstep.identify.flown_setpoints import FlightComparison, Tracking, as_flown, is_wrong, span_of_thrust
 from quadstep.identify.guesses import EFFECTS, limits_guess
 from quadstep.identify.intervals import IN_STEP, StandardErrors, freedom, jackknife, with_values
 from quadstep.identify.logs.flight import spectrum
@@ -29,6 +29,7 @@ from quadstep.io.errors import UserError
 from quadstep.mission.listings import read_vehicle
 from quadstep.numbers import Vector
 from quadstep.vehicle.rigid_body import AirframeState
+from tests import identified as identification
 from tests.commands import quadstep
 from tests.made_flights import MAPPING, NOMINAL, TRUTH, logged, misgiven, start, table, true_value, write
 
@@ -439,3 +440,12 @@ def test_a_bench_log_never_flew(tmp_path, flights):
     run = identified(tmp_path)
     assert run.code == 2
     assert "never flew: the rotors never turned" in run.err
+
+
+def test_the_table_of_closed_loops_counts_what_a_comparison_has():
+    """`python -m tests.identified closed` takes minutes; its rows take the fields that `fly_again` gives."""
+    real, made = Tracking(0.05, 0.5, 0.3, 0.4), Tracking(0.06, 0.6, 0.31, 0.4)
+    nothing = np.zeros((1, 3))
+    one = FlightComparison("eight", real, made, np.zeros(1), nothing, nothing, nothing, "")
+    assert identification.right([one]) == "RMSE right on 1, lag on 0, tilt on 1 of 1"
+    assert "lag  +0.10 s" in identification.row(one)

@@ -9,6 +9,7 @@ import { fixed } from "../words";
 const DEGREES = 180 / Math.PI;
 const CRAFT = 1.6; // size of the vehicle
 const FIRST = 232; // top of the first plot [px]
+const END = 4; // of the flight [s]
 
 /** The vehicle from the side: a bar with two rotors, tilting by theta, at (x, y) [px]. */
 function vehicle(x: number, y: number, theta: number, look: string, symbol = ""): string {
@@ -20,7 +21,7 @@ export function nested(): void {
   live("nested", (stage) => {
     const { redraw, run } = stage;
     const play = button(run, "Play", () => {
-      shown = Math.max(0, time.value >= 8 ? 0 : time.value);
+      shown = Math.max(0, time.value >= END ? 0 : time.value);
       playing = playing ? 0 : performance.now() - 1000 * shown;
       time.set(shown);
       play.textContent = playing ? "Stop" : "Play";
@@ -29,7 +30,7 @@ export function nested(): void {
     const slope = slider(stage, "Lambda1", "Λ_1, outer loop", "/s", [0.2, 3, 1], true);
     const gain = slider(stage, "K_r1", "K_r1, outer loop", "N s/m", [1, 12, 3], true);
     const inner = slider(stage, "Lambda2", "Λ_2, K_r2 = 16.7 Λ_2", "/s", [1, 30, 15], true);
-    const time = slider(stage, "time", "time", "s", [0, 8, 0.14], false, run);
+    const time = slider(stage, "time", "time", "s", [0, END, 0.14], false, run);
     let plots: readonly Plot[] = [];
     scrub(stage, time, () => plots);
     let [playing, shown] = [0, 0];
@@ -37,10 +38,10 @@ export function nested(): void {
     const step = (now: number): void => {
       if (!playing) return;
       const taken = time.value !== shown; // by a finger, a link, or the end of a lost flight
-      if (alone && now - playing > 10_000) playing = now; // two seconds at rest, and again
-      if (!taken) time.set(Math.min((now - playing) / 1000, 8));
+      if (alone && now - playing > 1000 * END + 1500) playing = now; // a moment at rest, and again
+      if (!taken) time.set(Math.min((now - playing) / 1000, END));
       shown = time.value;
-      if (taken || (shown >= 8 && !alone) || stage.drawing.getBoundingClientRect().bottom < 0) play.click();
+      if (taken || (shown >= END && !alone) || stage.drawing.getBoundingClientRect().bottom < 0) play.click();
       else requestAnimationFrame(step);
       redraw();
     };
@@ -89,8 +90,8 @@ export function nested(): void {
           : text(width - 8, width < NARROW ? 33 : 18, `e_1 ${fixed(-x[row]!, 2)} m, r_1 ${fixed(wish[row]! - speed[row]!, 2)} m/s, θ ${fixed(tilt[row]!, 0)}°, θ_d ${fixed(asked[row]!, 0)}°`, "c-muted", "end"),
       ];
       const box = (i: number): Box => ({ left: 46, top: FIRST + i * 134, width: width - 58, height: 90 });
-      const ends = [0, 8] as const;
-      plots = [new Plot(box(0), ends, span([x, wanted], -6, 6, 1, 0.25)), new Plot(box(1), ends, span([speed, wish], -8, 8, 1, 0.25)), new Plot(box(2), ends, span([tilt, asked], -90, 90, 10, 0.25))];
+      const ends = [0, END] as const;
+      plots = [new Plot(box(0), ends, span([x, wanted], -6, 6, 1, 0.35)), new Plot(box(1), ends, span([speed, wish], -8, 8, 1, 0.35)), new Plot(box(2), ends, span([tilt, asked], -90, 90, 10, 0.35))];
       const pair = (plot: Plot, xName: string, yName: string, flew: Named, wished: Named): string =>
         plot.framed(xName, yName, plot.line(t, wished.ys, wished.look, wished.symbol), plot.line(t, flew.ys, flew.look, flew.symbol), plot.upright(t[row]!), plot.labels(t, [flew, wished]));
       const [places, speeds, tilts] = plots as [Plot, Plot, Plot];

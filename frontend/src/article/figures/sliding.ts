@@ -38,7 +38,7 @@ export function sliding(): void {
       plane = new Plot({ left: 46 + (width - 64 - size) / 2, top: 46, width: size, height: size }, ends, ends);
       const lineAt = -Math.min(2.6, 2.2 / slope.value);
       const line = [ends[0], ends[1]].map((value) => -slope.value * value);
-      const below = new Plot({ left: 46, top: size + 112, width: width - 58, height: 100 }, [0, 8], span([e, r], -4, 4, 1, 0.28));
+      const below = new Plot({ left: 46, top: size + 112, width: width - 58, height: 100 }, [0, 5], span([e, r], -4, 4, 1, 0.28));
       return svg(
         width,
         size + 112 + 100 + 38,
@@ -55,7 +55,7 @@ export function sliding(): void {
           `<circle class="handle c-blue" cx="${plane.x(error.value).toFixed(1)}" cy="${plane.y(rate.value).toFixed(1)}" r="9"/>`,
         ),
         flown.lost ? text(46, 34, `${flown.lost}: the curves end there`, "c-vermillion") : "",
-        text(46, 14, `r_1 at the start ${fixed(r[0]!, 2)} m/s${flown.rows > 400 ? `; e_1 after 8 s ${fixed(1000 * e[400]!, 0)} mm` : ""}`, "c-ink"),
+        text(46, 14, `r_1 at the start: ${fixed(r[0]!, 2)} m/s${flown.rows > 250 ? `; e_1 after 5 s: ${fixed(1000 * e[250]!, 0)} mm` : ""}`, "c-ink"),
         below.framed("time [s]", "e_1 [m] and r_1 [m/s]", below.level(0), below.line(t, e, "c-blue", "e1"), below.line(t, r, "c-vermillion", "r1"), below.labels(t, [{ ys: e, said: "error e_1 [m]", look: "c-blue", symbol: "e1" }, { ys: r, said: "filtered error r_1 [m/s]", look: "c-vermillion", symbol: "r1" }], 0.4, 0.45)),
       );
     };

@@ -137,8 +137,8 @@ LOGGED = 0.02
 """Period of the figures' logs [s]."""
 
 FLIGHTS: Mapping[str, Mapping[str, Any]] = {
-    "nested": {**STAY, "start": {"position": [-3.0, 0.0, 0.0]}, "simulation": {"duration": 8.0, "log_period": LOGGED}},
-    "sliding": {**STAY, "start": {"position": [-1.5, 0.0, 0.0]}, "simulation": {"duration": 8.0, "log_period": LOGGED}},
+    "nested": {**STAY, "start": {"position": [-3.0, 0.0, 0.0]}, "simulation": {"duration": 4.0, "log_period": LOGGED}},
+    "sliding": {**STAY, "start": {"position": [-1.5, 0.0, 0.0]}, "simulation": {"duration": 5.0, "log_period": LOGGED}},
     "net": {"path": {"type": "minimum-jerk", "end": [20.0, 5.0, 10.0], "duration": 6.0},
         "controller": {"type": "backstepping"}, "simulation": {"duration": 10.0, "log_period": LOGGED}},
     "lyapunov": {**STAY, **SMOOTH, "simulation": {"duration": 7.0, "log_period": LOGGED}},
