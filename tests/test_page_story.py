@@ -86,12 +86,14 @@ def test_a_step_is_settings_and_paragraphs(tmp_path, case):
     ("time = -1", "time"),
     ("window = [5, 1]", "window: should be two numbers, 0 or more, the larger one last, not [5.0, 1.0]"),
     ("success = { rmse = [2, 1] }", "success.rmse: should be two numbers, 0 or more, the larger one last"),
+    ("success = { rmse = [0] }", "success.rmse: should be two numbers"),
     ("success = { speed = [0, 1] }", "success.speed"),
     ('guess = { ask = "?", choices = ["a"], answer = "a" }', "guess.choices"),
     ('guess = { ask = "?", choices = ["a", "a"], answer = "a" }', "choices: should all be different"),
     ('guess = { ask = "?", choices = ["a", "b"], answer = "c" }', "answer: 'c' is not one of a, b"),
     ('guess = { ask = "?", choices = ["a", "b"], answer = "a", show = { K_r9 = 1 } }',
         "guess.show: unknown value 'K_r9'; did you mean K_r"),
+    ('guess = { ask = "?", choices = ["a", "b"], answer = "a", controller = "pid" }', "guess.controller: unknown value 'pid'"),
     ("= 3", "not valid TOML"),
 ])  # fmt: skip
 def test_a_fault_is_one_line_with_step_and_key(tmp_path, case, settings, words):
@@ -225,7 +227,7 @@ def test_what_a_step_says_of_tilt_and_time_is_what_flies_and_what_physics_says()
 
 def test_the_lowest_gain_that_flies_as_commanded_is_within_what_its_step_wants():
     step = step_on("case1", "K_r2")
-    low, high = step.success["tilt"]
+    (low,) = step.success["tilt"]
     assert step.set == {"t_f": 6.0}
 
     def flown(gain):
@@ -236,8 +238,30 @@ def test_the_lowest_gain_that_flies_as_commanded_is_within_what_its_step_wants()
     assert step.as_commanded and flown(83.0)[0] is FlightGrade.LOST
     assert flown(84.0)[0] is flown(94.0)[0] is FlightGrade.FLEW_BUT  # which are not done, whatever their tilt
     (lowest, tilt), (higher, less) = flown(95.0), flown(97.0)
-    assert lowest is higher is FlightGrade.AS_COMMANDED and less < low < tilt < high
+    assert lowest is higher is FlightGrade.AS_COMMANDED and less < low < tilt
     assert step.solution == {"K_r2": 95.0}
+
+
+def test_what_the_repair_achieves_is_what_flies():
+    step = step_on(stress_id(3.0, 1.0, True), "controller")
+    printed = stress(3.0, 1.0)
+    assert graded(measured(printed)[1]).grade is FlightGrade.LOST
+    laws = {
+        "disturbance": printed.disturbance,
+        "simulation": printed.simulation,
+        "controller": {"type": step.guess.controller},
+    }
+    assert graded(measured(case_1(duration=3.0, **laws))[1]).labels == ("shaking",) and step.guess.answer.endswith(
+        "but not as commanded"
+    )
+
+
+def test_the_loops_at_rest_of_a_walks_own_missions_are_graded(tmp_path):
+    mission = (OWN.parent / "wind.toml").read_text(encoding="utf-8")
+    (tmp_path / "a.toml").write_text(mission, encoding="utf-8")
+    story = read_story(written(tmp_path, one().replace('flight = "case"', 'mission = "a.toml"').replace("K_r1", "k_x")))
+    data = data_of(fly_missions([], story=story, grading=lambda _: {"grade": "fragile", "why": "phase margin 1°"}))
+    assert [flight["margins"] for flight in data["flights"]] == ["fragile, phase margin 1°"]
 
 
 def test_what_a_step_says_of_wind_is_what_flies():

@@ -109,7 +109,8 @@ def test_a_step_waits_for_a_guess_then_flies_and_says_what_was_right(open_page, 
 def test_a_walk_shows_what_was_not_guessed_and_ends_with_how_many_guesses_were_right(open_page, tmp_path):
     write(tmp_path, LINE)
     step = STEP.format(number=1).replace('watch = "net"', 'watch = "position-error"' + ASKED)
-    story = write(tmp_path, "# A walk\n\n" + step + step.replace("Step 1", "Step 2"), "story.md")
+    second = step.replace("Step 1", "Step 2").replace("show =", 'controller = "completed-backstepping"\nshow =')
+    story = write(tmp_path, "# A walk\n\n" + step + second, "story.md")
     page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"), width=1440)
     page.click("#guide-start")
     page.locator(".choice").nth(1).click()
@@ -118,7 +119,8 @@ def test_a_walk_shows_what_was_not_guessed_and_ends_with_how_many_guesses_were_r
     assert page.locator("#guide-finish").inner_text() == "Show me" and page.locator("#plots .guide-plot .plot").count() == 0
     page.click("#guide-finish")
     assert page.locator("#guess-verdict").inner_text() == "The answer: later."
-    assert page.locator(".guide-trial").is_visible() and "K_r1:1.5" in page.evaluate("location.hash")
+    assert page.locator(".guide-trial").is_visible() and "completed-backstepping.K_r1:1.5" in page.evaluate("location.hash")
+    assert page.evaluate("quadstep.settings().controller") == "completed-backstepping"
     page.click("#guide-finish")
     card = page.locator(".guide-card").inner_text()
     assert "Right guesses: 1 of 1." in card and "quadstep explain" in card and "Six motions, four inputs" in card
@@ -140,6 +142,7 @@ def test_a_step_that_wants_a_flight_as_commanded_is_not_done_by_one_that_begins_
     wanted = STEP.format(number=1).replace('"K_r1"', '"K_r2"').replace('"net"', '"position-error"\nas_commanded = true')
     step = wanted.replace("as_commanded", "success = { rmse = [0.0, 0.01] }\nsolution = { K_r2 = 75 }\nas_commanded")
     any_that_completes = step.replace("as_commanded = true\n", "").replace("solution = { K_r2 = 75 }\n", "")
+    any_that_completes = any_that_completes.replace("rmse = [0.0, 0.01]", "tilt = [0.0175]")
     story = write(tmp_path, "# A walk\n\n" + step + any_that_completes, "story.md")
     page = open_page(file=write(tmp_path, fly_missions([], story=read_story(story)), "page.html"))
     page.click("#guide-start")
@@ -155,7 +158,9 @@ def test_a_step_that_wants_a_flight_as_commanded_is_not_done_by_one_that_begins_
     assert not page.locator("#guide-solution").count(), "a step that gives none"
     page.evaluate("quadstep.setControl('K_r2', [70, 70, 70])")
     said, (_, problems) = page.locator(".guide-goal").inner_text(), page.locator("#outcome").inner_text().split("problems: ")
-    assert said.startswith("✓ Done: a completed flight") and said.endswith(f"Problems remain: {problems}.")
+    assert said.startswith("✓ Done: a completed flight with largest tilt of at least 1.00°.") and said.endswith(
+        f"Problems remain: {problems}."
+    )
 
 
 def test_a_link_with_a_value_that_is_not_allowed_says_so(open_page, page_file):

@@ -73,8 +73,8 @@ export interface StepData {
   readonly window: readonly [number, number] | null;
   readonly camera: "orbit" | "follow";
   readonly guess: Guess | null;
-  /** Within what numbers of a flight that completes have to be [m, rad]. */
-  readonly success: Readonly<Partial<Record<"rmse" | "largest" | "tilt", readonly [number, number]>>>;
+  /** Within what numbers of a flight that completes have to be [m, rad]; one number: at least that. */
+  readonly success: Readonly<Partial<Record<"rmse" | "largest" | "tilt", readonly [number, number?]>>>;
   /** Whether its grade has to be "as commanded", too. */
   readonly asCommanded: boolean;
   /** What reaches it, as settings keep them. */
@@ -87,7 +87,8 @@ export interface Guess {
   readonly choices: readonly string[];
   /** The right one's place, from 0. */
   readonly answer: number;
-  /** Set once somebody has guessed, as settings keep them. */
+  /** Set once somebody has guessed, the values as settings keep them. */
+  readonly controller: string;
   readonly values: Readonly<Record<string, readonly number[]>>;
 }
 

@@ -31,6 +31,7 @@ const MEASURES = { rmse: ["RMSE", "m"], largest: ["largest error", "m"], tilt: [
 export function wanted({ success, asCommanded }: StepData): string {
   const parts = goals(success).map(([name, [low, high]]) => {
     const [label, unit] = MEASURES[name];
+    if (high === undefined) return `${label} of at least ${quantity(low, unit)}`;
     return low > 0 ? `${label} from ${quantity(low, unit)} to ${quantity(high, unit)}` : `${label} up to ${quantity(high, unit)}`;
   });
   return parts.length ? `a ${asCommanded ? "flight as commanded" : "completed flight"} with ${parts.join(" and ")}` : "";
@@ -38,7 +39,7 @@ export function wanted({ success, asCommanded }: StepData): string {
 
 /** Whether a flight is what its step wants: all of it flown, of the grade wanted, and every number within its range. */
 export function succeeded({ success, asCommanded }: StepData, { flight, whole, measures, graded }: Shown): boolean {
-  return (asCommanded ? graded.grade === "as commanded" : flight.held) && whole === undefined && goals(success).every(([name, [low, high]]) => measures[name]! >= low && measures[name]! <= high);
+  return (asCommanded ? graded.grade === "as commanded" : flight.held) && whole === undefined && goals(success).every(([name, [low, high = Infinity]]) => measures[name]! >= low && measures[name]! <= high);
 }
 
 /** What is still wrong with a flight that is what its step wants, as the badge says it; empty: nothing. */
@@ -46,6 +47,6 @@ export function yet({ graded }: Shown): string {
   return [...graded.above, ...graded.labels].join(", ");
 }
 
-function goals(success: StepData["success"]): ["rmse" | "largest" | "tilt", readonly [number, number]][] {
-  return Object.entries(success) as ["rmse" | "largest" | "tilt", readonly [number, number]][];
+function goals(success: StepData["success"]): ["rmse" | "largest" | "tilt", readonly [number, number?]][] {
+  return Object.entries(success) as ["rmse" | "largest" | "tilt", readonly [number, number?]][];
 }

@@ -148,7 +148,8 @@ export class Guide {
       this.wait(false);
       watch();
       const { settings } = this.session.shown.value!;
-      this.session.apply({ ...settings, values: { ...settings.values, ...step.guess!.values } });
+      const { controller, values } = step.guess!;
+      this.session.apply({ ...settings, controller, values: { ...settings.values, ...values } });
       this.began(step);
       this.reveal(verdict.parentElement!, verdict);
     };

@@ -126,7 +126,7 @@ def fly_missions(
     flown = flown_files(paths, engine, grading=grading)
     if story is None:
         return missions_page(flown)
-    flown, walk = with_walk(flown, story, engine)
+    flown, walk = with_walk(flown, story, engine, grading)
     return build_page(story.title, (), flown, walk=walk)
 
 
@@ -149,9 +149,11 @@ def flown_files(
     ]
 
 
-def with_walk(flown: Sequence[ShownFlight], story: Story, engine: Engine) -> tuple[list[ShownFlight], Walk]:
+def with_walk(
+    flown: Sequence[ShownFlight], story: Story, engine: Engine, grading: Grading = ungraded
+) -> tuple[list[ShownFlight], Walk]:
     """Flights of a page and those of a story's own missions behind them. Raises UserError naming the file."""
-    own = flown_files(story.missions, engine, WALK, [one.id for one in flown])
+    own = flown_files(story.missions, engine, WALK, [one.id for one in flown], grading)
     return [*flown, *own], Walk(story, {path: one.id for path, one in zip(story.missions, own, strict=True)})
 
 

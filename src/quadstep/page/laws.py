@@ -9,7 +9,7 @@ from functools import cache
 from typing import Any, NamedTuple, cast
 
 from quadstep.control.backstepping import Backstepping, BacksteppingGains, BacksteppingMemory, position_loop
-from quadstep.control.completed_backstepping import CompletedBackstepping, CompletedGains, CompletedMemory
+from quadstep.control.completed_backstepping import CompletedBackstepping
 from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Cycle, Loop, Numbers
 from quadstep.interfaces.closed_loop import Clock, ClosedLoop
@@ -50,12 +50,10 @@ def net_row(loop: ClosedLoop, cycle: object, p: object, time: Number) -> list[Nu
         return []
     flown, numbers = cast(Cycle, cycle), cast(Numbers, p)
     state, parameters = cast(State, flown.state), cast(Parameters, p)
-    if isinstance(loop.controller, Backstepping):
-        gains, memory = cast(BacksteppingGains, numbers.gains), cast(BacksteppingMemory, flown.memory)
-    elif isinstance(loop.controller, CompletedBackstepping):
-        gains, memory = cast(CompletedGains, numbers.gains).paper, cast(CompletedMemory, flown.memory).paper
-    else:
+    if not isinstance(loop.controller, Backstepping | CompletedBackstepping):
         return []
+    gains = cast(BacksteppingGains, getattr(numbers.gains, "paper", numbers.gains))
+    memory = cast(BacksteppingMemory, getattr(flown.memory, "paper", flown.memory))
     on = where(time >= gains.learning_start, 1.0, 0.0)
     outer = position_loop(gains, memory, cast(State, loop.measurement(flown, numbers)), loop.reference(time, numbers), on)
     force, _ = loop.plant.disturbed(parameters, state, time)

@@ -231,11 +231,12 @@ class ClaimView(NamedTuple):
 
 
 class GuessView(NamedTuple):
-    """A question before a step's flight. answer: the right choice's place, from 0. values: set once somebody has guessed."""
+    """A question before a step's flight. answer: the right choice's place, from 0. controller, values: of what it shows."""
 
     ask: str
     choices: list[str]
     answer: int
+    controller: str
     values: dict[str, list[float]]
 
 

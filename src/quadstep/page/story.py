@@ -38,8 +38,13 @@ def as_values(value: object) -> object:
     return value
 
 
+def as_bounds(bounds: list[float]) -> list[float]:
+    """The lowest value that counts, and the highest if there is one. Raises ValueError."""
+    return bounds if len(bounds) == 1 and 0.0 < bounds[0] < math.inf else as_range(bounds)
+
+
 def as_range(bounds: list[float]) -> list[float]:
-    """The lowest and the highest value that count, or a stretch of time. Raises ValueError."""
+    """Two values that count or a stretch of time, the lower first. Raises ValueError."""
     if len(bounds) != 2 or not 0.0 <= bounds[0] < bounds[1] < math.inf:
         raise ValueError(f"should be two numbers, 0 or more, the larger one last, not {bounds!r:.60}")
     return bounds
@@ -52,11 +57,12 @@ Values = Annotated[bool | float | list[float], BeforeValidator(as_values)]
 
 
 class Guess(Section):
-    """A question before the step's flight. answer: one of the choices. show: controls set once somebody has guessed."""
+    """A question before the step's flight. answer: one of choices. controller, show: flown once somebody guessed."""
 
     ask: Annotated[str, Field(min_length=1, max_length=300)]
     choices: Annotated[list[Annotated[str, Field(min_length=1, max_length=80)]], Field(min_length=2, max_length=5)]
     answer: str
+    controller: str | None = None
     show: dict[str, Values] = Field(default_factory=dict)
 
     def model_post_init(self, context: object) -> None:
@@ -82,7 +88,7 @@ class Settings(Section):
     window: Annotated[list[float], AfterValidator(as_range)] | None = None
     camera: Annotated[str, Field(pattern="^(orbit|follow)$")] = "orbit"
     guess: Guess | None = None
-    success: dict[Measure, Annotated[list[float], AfterValidator(as_range)]] = Field(default_factory=dict)
+    success: dict[Measure, Annotated[list[float], AfterValidator(as_bounds)]] = Field(default_factory=dict)
     as_commanded: bool = False
     solution: dict[str, Values] = Field(default_factory=dict)
 
@@ -165,29 +171,29 @@ def step_view(written: StoryStep, flight: FlightData, where: str, laws: Laws) ->
     title, text, settings = written
     if not flight.controllers:
         raise UserError(f"{where}: {flight.name}: {flight.whyNot}")
-    ids = [one.id for one in flight.controllers]
-    controller = flight.controllers[ids.index(chosen(settings.controller or ids[0], ids, f"{where}: controller"))]
-    ghost = settings.ghost and chosen(settings.ghost, [FILE, *ids], f"{where}: ghost")
-    owned = {one.id: (one, "") for one in flight.controls}
-    owned |= {one.id: (one, f"{controller.id}.") for one in controller.controls}
+    shared = {one.id: (one, "") for one in flight.controls}
+    owned = {law.id: shared | {one.id: (one, f"{law.id}.") for one in law.controls} for law in flight.controllers}
+    controller = chosen(settings.controller or flight.controllers[0].id, owned, f"{where}: controller")
+    ghost = settings.ghost and chosen(settings.ghost, [FILE, *owned], f"{where}: ghost")
 
-    def placed(table: Mapping[str, Values], key: str) -> dict[str, list[float]]:
-        found = {}
+    def placed(table: Mapping[str, Values], key: str, flier: str = controller) -> dict[str, list[float]]:
+        some, found = owned[flier], {}
         for name, given in table.items():
-            control, owner = owned[chosen(name, owned, f"{where}: {key}")]
+            control, owner = some[chosen(name, some, f"{where}: {key}")]
             found[f"{owner}{name}"] = components(control, given, f"{where}: {key}.{name}")
         return found
 
     values = placed(settings.set, "set")
-    guess = settings.guess
-    asked = None
+    guess, asked = settings.guess, None
     if guess is not None:
-        asked = GuessView(guess.ask, guess.choices, guess.choices.index(guess.answer), placed(guess.show, "guess.show"))
-    moved = chosen(settings.move, [*CHOICES, *owned], f"{where}: move")
-    net = [NET] if laws.laws[controller.law].net > 0 else []
+        flier = chosen(guess.controller or controller, owned, f"{where}: guess.controller")
+        answer, shown = guess.choices.index(guess.answer), placed(guess.show, "guess.show", flier)
+        asked = GuessView(guess.ask, guess.choices, answer, flier, shown)
+    moved = chosen(settings.move, [*CHOICES, *owned[controller]], f"{where}: move")
+    net = [NET for law in flight.controllers if law.id == controller and laws.laws[law.law].net > 0]
     watched = chosen(settings.watch, [SCENE, *net, *(panel.id for panel in flight.panels)], f"{where}: watch")
     return StepView(
-        title, text, flight.id, controller.id, ghost, values, moved, watched, settings.look, settings.time, settings.window,
+        title, text, flight.id, controller, ghost, values, moved, watched, settings.look, settings.time, settings.window,
         settings.camera,
         asked, {str(name): span for name, span in settings.success.items()}, settings.as_commanded,
         placed(settings.solution, "solution"),

@@ -106,7 +106,7 @@ def paper_page(
     intro = f"{said}Gains and other values missing from the paper are ours.".partition(counts(claims))
     if story is None:
         return build_page(TITLE, intro, flown, views, links)
-    flown, walk = with_walk(flown, story, engine)
+    flown, walk = with_walk(flown, story, engine, quick_grade)
     return build_page(TITLE, intro, flown, views, links, walk)
 
 
