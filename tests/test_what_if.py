@@ -74,7 +74,7 @@ def test_a_lower_gain_is_less_busy_and_a_faster_loop_rises_sooner(tmp_path):
     assert re.search(stays, found.answer)
     assert re.search(r"; worse: .*position RMSE", found.answer)
     assert re.search(
-        r"\. None of 16 flights in turbulent wind of up to .* is lost or ever more than 1 m from its place, ", found.answer
+        r"\. None of 16 flights in turbulent wind of up to .* is lost or ever more than 1 m from its target, ", found.answer
     )
     assert any(card.what.startswith("phase margin") for card in found.facts), "whose number the sentence leaves to it"
     assert "phase margin" not in found.answer.partition("; better: ")[2], "which is named before"

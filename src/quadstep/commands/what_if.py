@@ -68,7 +68,7 @@ def what_if(
     changes: ChangesArgument,
     vehicle: Annotated[str, typer.Option(metavar="VEHICLE", help="A preset's name, or a vehicle file (TOML).")],
     wind: Annotated[float, typer.Option(metavar="M/S", help="Largest mean wind per axis; also sets the turbulence.")] = 3.0,
-    within: Annotated[float, typer.Option(metavar="M", help="A flight fails if ever farther from its place.")] = 1.0,
+    within: Annotated[float, typer.Option(metavar="M", help="A flight fails if ever farther from its target.")] = 1.0,
     flights: Annotated[int, typer.Option(help="Flights in gusts, before and after.")] = 1000,
     seed: Annotated[int, typer.Option(help="Seed of wind and noise.")] = 1,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<file's name>-what-if.")] = None,

@@ -39,7 +39,7 @@ class Question(NamedTuple):
     """A question. file: of parameters, or the law's name for its defaults. changes: by name. vehicle: a preset, or its file.
 
     wind: largest mean wind along each horizontal axis, and that which sets the turbulence [m/s]. within: further than this
-    from its place, a flight has failed [m]. unmodelled: what else changes, and no law uses. notes: warnings.
+    from its target, a flight has failed [m]. unmodelled: what else changes, and no law uses. notes: warnings.
     """
 
     file: str
@@ -122,9 +122,9 @@ def evidence(
     lost = f"{units.percent(*failed[1])} are lost or ever more than {question.within:g} m from their place"
     fail = (
         f"{units.percent(*failed[1])} of {gusts} fail with the change, {units.percent(*failed[0])} before"
-        f"{compared(failed[2])}. A flight fails if it is lost or ever more than {question.within:g} m from its place."
+        f"{compared(failed[2])}. A flight fails if it is lost or ever more than {question.within:g} m from its target."
     )
-    none = f"None of {gusts} is lost or ever more than {question.within:g} m from its place, before or after."
+    none = f"None of {gusts} is lost or ever more than {question.within:g} m from its target, before or after."
     fail = fail if failed[0].value or failed[1].value else none
     news = f"With {changed_words(changed)} {grade_words(sides)}{better_or_worse(seen, [one.what for one in missed(sides)])}."
     answer = " ".join([fail, news] if certain(failed[2]) else [news, fail])
