@@ -10,6 +10,7 @@ from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import FlightGrade, Graded, error_limit
+from quadstep.report.colours import CURVES
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.studies.comparison.answer import answer, decisions, leaders, warned
 from quadstep.studies.comparison.cells import Situation
@@ -215,7 +216,7 @@ def test_of_many_situations_the_answer_counts_in_how_many_each_is_best():
     assert answer(two) == "By e, law 0 is best in both situations."
     assert decisions(two)[0][1:] == ["law 0, law 1", "10 [5, 20] mm", "law 0 is better"]
     few = found._replace(ranked=dict(list(ranked.items())[2:5]))
-    assert answer(few) == "By e, law 0 is best in 'path 2'; law 0 and law 1 are tied in 'path 3' and 'path 4'."
+    assert answer(few) == "By e, law 0 is best in “path 2”; law 0 and law 1 are tied in “path 3” and “path 4”."
 
 
 @pytest.mark.parametrize("alike", [False, True])
@@ -241,6 +242,8 @@ def test_where_errors_are_large_is_drawn_and_said_where_all_flights_agree_on_it(
     text = (tmp_path / "one.svg").read_text(encoding="utf-8")
     assert text.count(">large above 12.3 mm<") == 1, "of two panels, that of the error that is graded"
     assert [text.count(f">{name}<") for name in found.controllers] == [2, 2, 2], "each row by its name"
+    ranks, other = text.lower().split('id="axes1"')
+    assert CURVES[0].lower() in ranks and CURVES[0].lower() not in other, "nobody is best by what does not rank"
     assert (
         limit(found, "crazyflie") == " An error is large above 12.3 mm: 10 % of that of a vehicle that never leaves its start."
     )

@@ -235,5 +235,5 @@ def test_copies_of_one_flight_decide_nothing_and_leave_the_correction_of_others_
 
 def test_a_sentence_names_few_controllers_and_counts_many():
     assert words.several(["PID"]) == "PID"
-    assert words.several(["INDI", "adaptive, nets", "PID"]) == "INDI, 'adaptive, nets' and PID"
+    assert words.several(["INDI", "adaptive, nets", "PID"]) == "INDI, “adaptive, nets” and PID"
     assert words.several([str(number) for number in range(9)]) == "9 others"

@@ -131,8 +131,7 @@ def alone(results: Comparison) -> str:
 def quoted(results: Comparison, situation: Situation) -> str:
     """A situation as a sentence names it."""
     place = results.place(situation, whole=True)
-    quote = "'" * (" " in place)
-    return f"{quote}{place}{quote}{' (tuned in)' * (situation in results.tuned_in)}"
+    return f"{f'“{place}”' if ' ' in place else place}{' (tuned in)' * (situation in results.tuned_in)}"
 
 
 def nearest(results: Comparison, situation: Situation) -> str | None:
@@ -231,4 +230,4 @@ def several(names: list[str]) -> str:
     """Names as a sentence lists them, in quotes where one has a comma itself, or how many others they are."""
     if len(names) > SEVERAL:
         return f"{len(names)} others"
-    return listed([f"'{name}'" if "," in name else name for name in names])
+    return listed([f"“{name}”" if "," in name else name for name in names])

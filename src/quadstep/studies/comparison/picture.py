@@ -73,7 +73,8 @@ def draw_panel(axes: Axes, results: Comparison, situations: Sequence[Situation],
             place = results.controllers.index(one.controller)
             height = -row * group - place * A_CONTROLLER
             rows[height] = one.controller
-            color = CURVES[0] if one.controller in leaders(results, situation) else "0.35"
+            best = metric == results.metric and one.controller in leaders(results, situation)
+            color = CURVES[0] if best else "0.35"
             looks = SHAPES[place % len(SHAPES)], "white" if one.spreads[metric].median.value > limit else color, color
             draw_result(axes, one, metric, height, unit.factor, looks)
             tell_result(axes, one, results, metric, height)

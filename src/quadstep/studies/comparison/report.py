@@ -174,7 +174,7 @@ def medians(results: Comparison, flights: Sequence[Job[StudyCell]], vehicle: str
         for (_, *row), best in zip(found_rows, lead, strict=True)
     ]
     places = [row[0] for row in found_rows]
-    if len(results.controllers) > MANY:  # who have a row each then
+    if len(names) > len(places):  # the longer list has the rows
         names, places, cells = places, names, [[*one] for one in zip(*cells, strict=True)]
     rows = [[place, *row] for place, row in zip(places, cells, strict=True)]
     return TableSection(label, identity(label, ()), (corner, *names), rows, text, shown=title)
