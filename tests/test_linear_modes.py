@@ -133,3 +133,10 @@ def test_shares_of_states_do_not_depend_on_units():
 def test_each_state_has_a_short_name_of_its_own():
     names = ["state.rates.0", "memory.rates.0", "memory.asked.0", "asked.0", "held.thrust"]
     assert short(names) == ["rates.0", "memory.rates.0", "memory.asked.0", "asked.0", "thrust"]
+
+
+def test_what_a_law_asked_for_is_called_commanded():
+    assert (
+        in_words(["asked_torque.0", "asked_thrust"], ["asked_torque.0", "asked_thrust"], [])
+        == "commanded torque and commanded thrust"
+    )

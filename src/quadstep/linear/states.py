@@ -108,7 +108,8 @@ TURNS = "yaw", "pitch", "roll"
 WHOLE = {
     "weights_1": "weights of the first net", "weights_2": "weights of the second net", "integral_1": "the integral of r1",
     "integral_2": "the integral of r2", "speeds": "rotor speeds", "filtered.value": "filtered attitude command",
-    "filtered.rate": "rate of the filtered attitude command",
+    "filtered.rate": "rate of the filtered attitude command", "asked_thrust": "commanded thrust",
+    "asked_torque": "commanded torque",
 }  # fmt: skip
 """What is said without its entries: they are many, or not of the same axes in every law."""
 
