@@ -125,9 +125,10 @@ OPENING = """\
 # Errata of the paper, equation by equation
 
 A. Das, F. Lewis, K. Subbarao, "Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics" (2009),
-checked against the code of this package. `quadstep verify` evaluates the functions that fly with symbols (for the steps of
-the proof, at random moments of flight) and compares the results with the printed equations. `make errata` writes this page
-from the same rows; do not edit it.
+checked against the code of this package: `quadstep verify` evaluates the functions that fly with symbols (for the steps of
+the proof, at random moments of flight) and compares the results with the printed equations. What is not listed here holds as
+printed; docs/reference/equations.md has every equation with its place in the code. `make errata` writes this page; do not edit
+it.
 
 Dots, hats and transposes may have been lost in the copy of the paper that was read (Eqs 2, 29, 60): there the slip may not be
 the authors'. $s_\\theta$ and $c_\\theta$ are $\\sin\\theta$ and $\\cos\\theta$; angles are in the order
@@ -163,10 +164,6 @@ def page(results: list[JudgedRow]) -> str:
               [(row_name(r), r.row.printed, r.row.reason, r.evidence.counterexample) for r in kept]),
         "## Notes\n",
         table(("where", "printed", "note"), [(row_name(r), r.row.printed, r.row.reason) for r in noted]),
-        "## Every row\n",
-        table(("number", "what", "where in the code", "verdict", "checks"),
-              [(r.row.number, r.row.what, f"`{r.row.where}`", r.row.verdict if r.passed else "FAILED",
-                str(len(r.evidence.checks))) for r in results]),
     ])  # fmt: skip
 
 
