@@ -657,14 +657,30 @@ def test_a_campaign_of_a_fragile_loop_has_its_mark(tmp_path):
     assert '<b class="fair"><span aria-hidden="true">!</span> fragile</b>' in answer(tmp_path, "/").text
 
 
-@pytest.mark.parametrize(("since", "said"), [(0.0, "30 % of the time."), (0.5, "60 % of the time from 0.5 s on.")])
-def test_of_two_flights_it_is_said_how_long_the_first_is_the_closer_one(tmp_path, since, said):
+@pytest.mark.parametrize(
+    ("since", "said"),
+    [(0.0, "“b” is the closer one 70 % of the time."), (0.5, "“a” is the closer one 60 % of the time from 0.5 s on.")],
+)
+def test_of_two_flights_it_is_said_which_is_the_closer_one_for_longer(tmp_path, since, said):
     for name, errors in (("a", [2] * 8 + [0] * 3), ("b", [1] * 11)):
         mission = {"score_from": since}
         spoilt(tmp_path / name, name=name, mission=mission, **{"outcome": "completed", "ended[s]": 1.0})
         rows = "".join(f"{0.1 * i},{error},0,1,0,0,1\n" for i, error in enumerate(errors))
         (tmp_path / name / "flight.csv").write_text("t[s],x[m],y[m],z[m],x_d[m],y_d[m],z_d[m]\n" + rows)
-    assert f"“a” is the closer one {said}" in answer(tmp_path, "/compare?a=a&b=b").text
+    assert said in answer(tmp_path, "/compare?a=a&b=b").text
+
+
+def test_beside_a_lost_flight_no_error_is_shown_and_else_the_rows_that_say_most_come_first(tmp_path):
+    for name, rmse, outcome in (("near", 3.41e-6, "completed"), ("far", 0.0172, "completed"), ("gone", 9.0, "crashed")):
+        errors = {"position": {"x": {"rmse[m]": rmse, "final[m]": rmse}}, "position_rmse[m]": rmse, "largest_error[m]": rmse}
+        spoilt(tmp_path / name, name=name, outcome=outcome, **{"ended[s]": 5.0, "largest_tilt[rad]": 0.1}, **errors)
+    text = answer(tmp_path, "/compare?a=near&b=gone").text
+    assert re.findall("<tr><td>([^<]+)</td>", text) == ["time flown", "largest tilt"]
+    told, more = answer(tmp_path, "/compare?a=near&b=far").text.split("<details")
+    assert re.findall("<tr><td>([^<]+)</td>", told) == ["time flown", "largest tilt", "position RMSE", "largest error"]
+    assert re.findall("<tr><td>([^<]+)</td>", more) == ["x error, RMSE", "x error, at the end"]
+    assert row("saturated_share", 0.0, 0.569, 0.569)[:2] == ["0 %", "56.9 %"]
+    assert "0.00341\u00a0mm" in told and "µm" not in told, "two numbers that are compared have one unit"
 
 
 def test_two_flights_of_one_name_are_told_apart_by_their_places(tmp_path):
@@ -685,7 +701,7 @@ def test_of_two_in_other_wind_it_is_said(tmp_path):
         )  # fmt: skip
     text = answer(tmp_path, "/compare?a=a&b=b").text
     assert "With different wind (5\u00a0m/s; none) and events: “a” is 3.0 times closer to its path than “b”, " in text
-    assert "Metrics that are 0 in both are omitted." in text and "share of the time at a rotor" not in text
+    assert "share of the time at a rotor" not in text, "which is 0 in both"
     late = [{"mission": {"sensors": {"latency": one}}} for one in (0.02, 0.12)]
     assert conditions(*late) == conditions(late[0], {"mission": 1}) == "With different sensors: "
 
@@ -887,9 +903,13 @@ def test_a_study_is_listed_with_a_panel_of_its_figure_whose_axes_are_told(tmp_pa
     assert "sandbox" in found.headers["Content-Security-Policy"], "a figure may be another's, with a script"
     root = ElementTree.fromstring(found.text)
     *said, plot = [one.text for one in root.findall(f"{SVG}text")], root.find(f"{SVG}svg")
-    assert said[0] == ["speed [m/s]", "time [s]"]
+    assert said[0] == ["speed [m/s], 1 to 300", "time [s], 0 to 10"]
     told = json.loads(unescape(re.search('data-axes="([^"]*)"', (tmp_path / "convergence.svg").read_text())[1]))[0]
     assert [float(one) for one in plot.get("viewBox").split()] == pytest.approx(told["box"], abs=0.01)
+    text = (tmp_path / "convergence.svg").read_text()
+    (tmp_path / "convergence.svg").write_text(re.sub(r", &quot;data&quot;: ?\[[^]]*\]|,&quot;data&quot;:\[[^]]*\]", "", text))
+    older = ElementTree.fromstring(answer(tmp_path, "/panel/convergence.svg").text)
+    assert [one.text for one in older.findall(f"{SVG}text")] == ["speed [m/s]", "time [s]"]
 
 
 @pytest.mark.parametrize(
@@ -957,6 +977,9 @@ def test_a_flight_is_listed_with_a_picture_of_its_path_and_of_where_it_was_lost(
     assert np.allclose(points[:, 1] - points[0, 1], -((points[:, 0] - points[0, 0]) ** 2) / 440.0, atol=0.2)
     assert desired == flown, "they differ in height, which is not seen from above"
     assert "from above: 10 m in x, 5 m in y" in found.text
+    far = LOG + "".join(f"{t},{100 * t},0,{3 * t},0,0,0\n" for t in (0.0, 1.0))
+    assert "from above: 100 m in x, 0 m in y" in stamped(tmp_path, far).text
+    stamped(tmp_path, LOG + rows)
     assert "--blue:" in found.text
     assert "var(--bad)" not in found.text.split("<path")[3]
     assert "var(--bad)" in stamped(tmp_path, LOG + rows, "diverged").text.split("<path")[3]

@@ -6,6 +6,7 @@ import tempfile
 import threading
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
+from functools import partial
 from html import escape
 from pathlib import Path
 from urllib.parse import urlencode
@@ -71,14 +72,19 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         keys = every = []
     header = ("", *names, "second / first")[: 3 if unlike or not keys else 4]
     rows = [*grades(*contents)] if header[-1] == names[-1] else [[*one, "–"] for one in grades(*contents)]
+    whole = FlightGrade.LOST not in map(grade, contents)
+    margins, rows = ([one for one in rows if (flights and whole and one[0] == "its margins") is so] for so in (True, False))
     sizes = group_sizes(first, second)
-    rows += [
-        [words(key), *row(key, first.get(key), second.get(key), sizes[group(key)])][: len(header)] for key in keys[:MOST_ROWS]
-    ]
+    measured = {
+        key: [words(key), *row(key, first.get(key), second.get(key), sizes[group(key)])][: len(header)] for key in keys
+    }
+    few = [key for key in keys if key.partition("[")[0] in (FEW if whole else OF_LOST)] if flights else keys
+    others = [key for key in keys if whole and key not in few]
     told = [] if keys else reported(*results)
-    rows += told
+    rows += [*(measured[key] for key in few[:MOST_ROWS]), *told]
+    largest = max(one.rmse or 0.0 for one in results)
     errors = [
-        markup.Fact(f"{name}: position RMSE", units.quantity(one.rmse, "m"), flown_by(content))
+        markup.Fact(f"{name}: position RMSE", value(one.rmse, "m", largest), flown_by(content))
         for name, one, content in zip(names, results, contents, strict=True) if one.rmse is not None
     ]  # fmt: skip
     shown = "the answers and first numbers of their reports" if told else "their numbers" * bool(rows)
@@ -92,10 +98,10 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
             f'<i class="{one}" style="color: var(--{one})"></i>{page}' for one, page in zip(COLOURS, pages, strict=True)
         )
         key += '<span><i class="band"></i>desired path</span>'
-        shown = f'<img alt="" src="/thumbs?{escape(places)}"><figcaption>{key}</figcaption>'
-        body.append(f'<div class="two"><figure>{shown}</figure></div>')
+        shown = f'<figure><img alt="" src="/thumbs?{escape(places)}"><figcaption>{key}</figcaption></figure>'
         with suppress(UserError):  # a log that cannot be read, or drawn
-            body.append(errors_figure(quoted, contents, [root / one.place for one in results]))
+            shown += errors_figure(quoted, contents, [root / one.place for one in results])
+        body.append(f'<div class="two">{shown}</div>')
         body.append(markup.links([(f"/both?{places}#keep={behind}", "Both flights, overlaid, live")]))
     else:
         drawn = zip(map(picture, results), pages, strict=True)
@@ -104,9 +110,11 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         if flights:
             body.append(markup.links([(f"/both?{places}", "Both flights on one page")]))
     rows = [["answer", *(one.says or "–" for one in results)], *rows] if told else rows
-    body += [markup.heading("All numbers" if keys else "What their reports say first", "numbers")] if rows else []
+    body += [markup.heading("In numbers" if keys else "What their reports say first", "numbers")] if rows else []
     body += [markup.table(header, rows, units.rich if told else escape)] if rows else []
-    body += [markup.paragraph("Metrics that are 0 in both are omitted.")] if len(keys) < len(every) else []
+    if margins or others:
+        rest = markup.table(header, [*margins, *(measured[key] for key in others[:MOST_ROWS])], escape)
+        body.append(markup.disclosure("all else that is not 0 in both", rest))
     body += [] if keys or not rows else differing_tables(names, *(root / one.place for one in results))
     return markup.page_text(
         f"{names[0]} and {names[1]}", [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE
@@ -154,8 +162,9 @@ def errors_figure(names: list[str], contents: Sequence[Metrics], folders: Sequen
     spans = np.diff(t[:shared]) * (t[1:shared] > since)
     if not lost and spans.any():
         first, second = (line[1:shared] for line in lines.values())
-        share = units.percent(float(spans[first < second].sum() / spans.sum()))
-        said += f" {names[0]} is the closer one {share} of the time{f' from {since:g} s on' if since else ''}."
+        shares = [float(spans[closer].sum() / spans.sum()) for closer in (first < second, second < first)]
+        near, share = max(zip(names, shares, strict=True), key=lambda one: one[1])
+        said += f" {near} is the closer one {units.percent(share)} of the time{f' from {since:g} s on' if since else ''}."
     job = FigureJob("errors", said, t, [Panel("distance", "m", lines, LOG if lost else "")])
     with tempfile.TemporaryDirectory() as place, ONE_AT_A_TIME:
         job.draw(Path(place), Sheet(("svg",)))
@@ -251,8 +260,12 @@ def value(one: float, unit: str, largest: float) -> str:
     return units.number(factor * one) + units.unit_suffix(unit)
 
 
+OF_LOST = {"ended", "largest_tilt", "saturated_share", "lowest_thrust_share", "full_thrust_share"}
+FEW = {*OF_LOST, "position_rmse", "largest_error", "heading_error", "rotors.activity", "mean_thrust"}
+"""Of two flights, what is shown at once, if one is lost and if not."""
+
 WORDS = {
-    "error_growth": "error, late / early", "rate_growth": "turn rates, late / early",
+    "error_growth": "factor by which the error grows", "rate_growth": "factor by which the turn rates grow",
     "rotors.least": "least thrust of a rotor", "rotors.largest": "largest thrust of a rotor", "ended": "time flown",
     "rotors.activity": "change of the rotors' thrusts", "saturated_share": "share of the time at a rotor's limit",
     "lowest_thrust_share": "share of the time at a rotor's least thrust",
@@ -286,7 +299,8 @@ def words(key: str) -> str:
 def row(key: str, first: float | None, second: float | None, largest: float) -> list[str]:
     """Both values and their ratio. largest: of the group, whose unit they have."""
     _, unit = units.metric(key)
-    shown = ["–" if one is None else value(one, unit, largest) for one in (first, second)]
+    text = units.percent if key.endswith("_share") else partial(value, unit=unit, largest=largest)
+    shown = ["–" if one is None else text(one) for one in (first, second)]
     ratio = units.number(second / first) if first and second is not None else "–"
     return [*shown, ratio]
 

@@ -135,7 +135,7 @@ def results_in(root: Path, folder: Path) -> list[ResultFolder]:
     if not shown:
         return alone
     content = manifest(folder)
-    name = content.get("name")
+    name = begins.title if "claims.json" in found else content.get("name")
     title = name if isinstance(name, str) else begins.title or folder.name
     other = "Page" if loose else "Report"
     kind = begins.kind or next((KINDS[name] for name in KINDS if name in found.keys() - own), other)

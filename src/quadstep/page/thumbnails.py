@@ -49,8 +49,10 @@ def thumbnail(*flights: tuple[io.BufferedReader, bool]) -> str:
         end = f"M{x - 6:.1f} {y - 6:.1f}l12 12m0-12l-12 12" if lost else f"M{x:.1f} {y:.1f}h0"
         stroke = 'stroke="var(--bad)" stroke-width="3"' if lost else f'stroke="var(--{colour})" stroke-width="6"'
         lines += [line(path, f'stroke="var(--{colour})" {dashes}stroke-width="1.6"'), f'<path d="{end}" {stroke}/>']
-    letters, fonts = (13, "") if len(flights) == 1 else (6, face(TEXT))  # two are drawn twice as large, beside the page's text
-    said = f"from {'above' if up == 1 else 'the side'}: {span[0]:.2g} m in {'xyz'[across]}, {span[1]:.2g} m in {'xyz'[up]}"
+    letters, fonts = (13, "") if len(flights) == 1 else (9, face(TEXT))  # two are drawn larger, beside the page's text
+    said = (
+        f"from {'above' if up == 1 else 'the side'}: {short(span[0])} m in {'xyz'[across]}, {short(span[1])} m in {'xyz'[up]}"
+    )
     caption = f'<text x="{WIDE - 4:g}" y="{HIGH - 5:g}" text-anchor="end" {written(letters)}>{said}</text>'
     return stamped(f'<g fill="none" stroke-linecap="round" stroke-linejoin="round">{"".join(lines)}</g>{caption}', fonts)
 
@@ -90,7 +92,12 @@ def first_panel(figure: io.BufferedReader) -> str:
         one = json.loads(unescape(AXES.search(text)[1]))[0]  # type: ignore[index]
         body = colours.themed(BODY.search(text)[1])  # type: ignore[index]
         box = " ".join(f"{float(number):.2f}" for number in one["box"])
-        below, above = (escape(re.sub("[{}]", "", one[label])) for label in ("across", "up"))
+        below, above = (
+            escape(
+                ", ".join([re.sub("[{}]", "", label), *([" to ".join(map(short, axis["data"]))] if "data" in axis else [])])
+            )
+            for label, axis in ((one["across"], one["x"]), (one["up"], one["y"]))
+        )
     except (AttributeError, TypeError, ValueError, KeyError, IndexError, RecursionError):
         return text
     return stamped(
@@ -98,6 +105,11 @@ def first_panel(figure: io.BufferedReader) -> str:
         f'preserveAspectRatio="none">{body}</svg><text x="10" y="14" {written(12)}>{above}</text>'
         f'<text x="{WIDE - 10:g}" y="{HIGH - 6:g}" text-anchor="end" {written(12)}>{below}</text>'
     )
+
+
+def short(value: float) -> str:
+    """A number of two digits."""
+    return f"{float(f'{value:.2g}'):,g}".replace("-", "−")
 
 
 def line(points: NDArray[np.float64], style: str) -> str:

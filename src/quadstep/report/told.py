@@ -184,10 +184,13 @@ def bar(container: BarContainer, one: Rectangle, words: str) -> dict[str, object
 
 
 def scale(axis: Axis) -> dict[str, object]:
-    """Ends and kind of an axis."""
+    """Ends and kind of an axis, and between them the ends of what it shows."""
     low, high = map(float, axis.get_view_interval())
     edge = float(getattr(axis.get_transform(), "linthresh", 0.0))
-    return {"low": low, "high": high, "kind": axis.get_scale(), "edge": edge}
+    first, last = sorted((low, high))
+    ends = (min(max(float(one), first), last) for one in sorted(axis.get_data_interval()))
+    shown = [one if abs(one) > 1e-12 * (last - first) else 0.0 for one in ends]
+    return {"low": low, "high": high, "kind": axis.get_scale(), "edge": edge, "data": shown}
 
 
 def as_text(text: str) -> str:
