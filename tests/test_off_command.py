@@ -12,7 +12,7 @@ from quadstep.metrics.off_command import off_command
 from quadstep.mission.read import read_mission
 from quadstep.page.build import fly_missions
 from quadstep.report.panels import left_path
-from quadstep.studies.flight_report import answer, gain_rows, of_size, worst, write_report
+from quadstep.studies.flight_report import answer, gain_rows, in_degrees, of_size, worst, write_report
 from tests.commands import write
 from tests.missions import EXAMPLES
 from tests.needs import CHROMIUM, needs, package
@@ -52,7 +52,7 @@ def test_the_heading_has_its_largest_and_final_error_in_the_table_and_a_large_er
     def told(path, **more):
         write_report(path, mission, log, metrics, (), {}, **more)
         text = path.read_text(encoding="utf-8")
-        assert '"phase": 30°' in text.replace("&quot;", '"')
+        assert '"phase": "30°"' in text.replace("&quot;", '"')
         assert re.search(r'<dt>largest error</dt><dd class="?fair', text) or more
         return re.findall(r"<td>([^<]*)</td>", re.search(r"<tr><td>heading</td>(.*?)</tr>", text)[1])
 
@@ -205,3 +205,11 @@ def test_the_largest_error_has_its_time_and_where_the_path_is_then():
     assert worst(log, 0.5) == ", at 2 s"
     assert worst(log, 0.0) == ", at 0 s"
     assert worst(log, 3.5) == ""
+
+
+def test_the_mission_of_a_report_has_every_angle_in_degrees():
+    """By the unit of its key, so a period is left as it is."""
+    content = {"path": {"type": "figure-eight", "yaw": 0.5, "period": 0.5}, "margins": {"phase": 0.5}}
+    mission = read_mission(EXAMPLES / "figure_eight.toml")
+    shown = in_degrees(mission, content)
+    assert shown == {"path": {"type": "figure-eight", "yaw": "28.6479°", "period": 0.5}, "margins": {"phase": "28.6479°"}}

@@ -507,10 +507,6 @@ def test_of_two_the_closer_one_is_named(tmp_path):
     text = answer(tmp_path, "/compare?a=far&b=near").text
     assert "“near” is 3.0 times closer to its path than “far”, by position RMSE over the whole flight." in text
     assert "10.0\u00a0mm" in text and "second / first" in text
-    for one in ("a", "b"):
-        spoilt(tmp_path / one, **{"largest_tilt[rad]": 0.1, "overturned[rad]": 0.1})
-    text = answer(tmp_path, "/compare?a=a&b=b").text
-    assert "largest tilt" in text and "overturned" not in text
 
 
 def plain(text):

@@ -1,6 +1,7 @@
 """`quadstep what-if`: the same winds before and after, what is worse is said so, and what makes no sense is refused."""
 
 import json
+import math
 import re
 from pathlib import Path
 from types import SimpleNamespace
@@ -25,7 +26,6 @@ from quadstep.studies.what_if_report import (
     hidden_effects,
     in_flight,
     picture,
-    subtracted,
 )
 from tests.commands import quadstep
 from tests.needs import CHROMIUM, needs, package
@@ -238,11 +238,12 @@ def test_the_page_counts_the_failures_of_the_report_where_the_slider_is(open_pag
 
 def test_a_difference_is_that_of_the_numbers_shown():
     """43.74 and 28.66 are shown as 43.7 and 28.7; they differ by 15.08, which was shown as 15.1."""
-    assert at_once("phase margin", 43.74, 28.66, lambda one: f"{one:.1f}°", True).difference == "−15.0°"
-    alike = ("1,353 J", "999 J"), ("−2 dB", "1.5 dB"), ("1 s", "1 s")
-    assert [subtracted(*pair) for pair in alike] == ["−354 J", "3.5 dB", "0 s"]
-    unlike = ("1.2 s", "990 ms"), ("–", "3 s"), ("2 × 10⁻⁵ m", "1 m")
-    assert [subtracted(*pair) for pair in unlike] == ["", "", ""]
+    assert at_once("phase margin", 43.74, 28.66, "°", True, 1)[1:4] == ("43.7°", "28.7°", "−15.0°")
+    assert at_once("overshoot", 8.3649, 8.3651, " %", False)[1:4] == ("8.36 %", "8.37 %", "0.01 %")
+    assert at_once("gain margin", -2.0, 1.54, " dB", True, 1)[1:4] == ("−2.0 dB", "1.5 dB", "3.5 dB")
+    assert at_once("rise time", 1.0, 1.0, " s", False)[1:4] == ("1.00 s", "1.00 s", "0 s")
+    assert at_once("delay margin", math.inf, 3.0, " ms", True, 1)[1:5] == ("none", "3.0 ms", "–", 0.0)
+    assert at_once("rise time", math.nan, 3.0, " s", False)[1:5] == ("–", "3.00 s", "–", 0.0)
 
 
 def test_a_change_that_saves_the_hardest_flights_is_not_said_to_fly_worse():

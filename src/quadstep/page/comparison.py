@@ -64,24 +64,20 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     names = [one.name if results[0].name != results[1].name else one.place.as_posix() for one in results]
     quoted = [f"“{name}”" for name in names]
     unlike = why_incomparable(quoted, *contents)
-    same = all(one.get("overturned[rad]") == one.get("largest_tilt[rad]") for one in (first, second))
-    every = [key for key in dict.fromkeys([*first, *second]) if not (same and key == "overturned[rad]")]
-    keys = [key for key in every if not first.get(key) == second.get(key) == 0.0]
     flights = all("flight.csv" in one.files for one in results)
-    if not flights and all(REPORT in one.files for one in results):
-        keys = every = []
+    told = reported(*results) if (reports := not flights and all(REPORT in one.files for one in results)) else []
+    keys = [] if reports else [key for key in {**first, **second} if not first.get(key) == second.get(key) == 0.0]
     header = ("", *names, "second / first")[: 3 if unlike or not keys else 4]
     rows = [*grades(*contents)] if header[-1] == names[-1] else [[*one, "–"] for one in grades(*contents)]
     whole = FlightGrade.LOST not in map(grade, contents)
-    margins, rows = ([one for one in rows if (flights and whole and one[0] == "its margins") is so] for so in (True, False))
+    margins = rows[3:] if flights and whole else []
     sizes = group_sizes(first, second)
     measured = {
         key: [words(key), *row(key, first.get(key), second.get(key), sizes[group(key)])][: len(header)] for key in keys
     }
     few = [key for key in keys if key.partition("[")[0] in (FEW if whole else OF_LOST)] if flights else keys
     others = [key for key in keys if whole and key not in few]
-    told = [] if keys else reported(*results)
-    rows += [*(measured[key] for key in few[:MOST_ROWS]), *told]
+    rows = [*rows[: len(rows) - len(margins)], *(measured[key] for key in few[:MOST_ROWS]), *told]
     largest = max(one.rmse or 0.0 for one in results)
     errors = [
         markup.Fact(f"{name}: position RMSE", value(one.rmse, "m", largest), flown_by(content))
@@ -94,21 +90,17 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     if flights and not different(*contents):
         front, behind = (name_in(content, one.place.name) for one, content in zip(results, contents, strict=True))
         behind = identity(behind, (identity(front, ()),))
-        key = "".join(
-            f'<i class="{one}" style="color: var(--{one})"></i>{page}' for one, page in zip(COLOURS, pages, strict=True)
-        )
-        key += '<span><i class="band"></i>desired path</span>'
+        lines = (f'<i class="{one}" style="color: var(--{one})"></i>{page}' for one, page in zip(COLOURS, pages, strict=True))
+        key = f'{"".join(lines)}<span><i class="band"></i>desired path</span>'
         shown = f'<figure><img alt="" src="/thumbs?{escape(places)}"><figcaption>{key}</figcaption></figure>'
         with suppress(UserError):  # a log that cannot be read, or drawn
             shown += errors_figure(quoted, contents, [root / one.place for one in results])
-        body.append(f'<div class="two">{shown}</div>')
-        body.append(markup.links([(f"/both?{places}#keep={behind}", "Both flights, overlaid, live")]))
+        live = [(f"/both?{places}#keep={behind}", "Both flights, overlaid, live")]
     else:
         drawn = zip(map(picture, results), pages, strict=True)
         shown = "".join(f"<figure>{one}<figcaption>{page}</figcaption></figure>" for one, page in drawn)
-        body.append(f'<div class="two">{shown}</div>')
-        if flights:
-            body.append(markup.links([(f"/both?{places}", "Both flights on one page")]))
+        live = [(f"/both?{places}", "Both flights on one page")] * flights
+    body += [f'<div class="two">{shown}</div>', *([markup.links(live)] if live else [])]
     rows = [["answer", *(one.says or "–" for one in results)], *rows] if told else rows
     body += [markup.heading("In numbers" if keys else "What their reports say first", "numbers")] if rows else []
     body += [markup.table(header, rows, units.rich if told else escape)] if rows else []

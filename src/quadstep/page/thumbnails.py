@@ -50,9 +50,8 @@ def thumbnail(*flights: tuple[io.BufferedReader, bool]) -> str:
         stroke = 'stroke="var(--bad)" stroke-width="3"' if lost else f'stroke="var(--{colour})" stroke-width="6"'
         lines += [line(path, f'stroke="var(--{colour})" {dashes}stroke-width="1.6"'), f'<path d="{end}" {stroke}/>']
     letters, fonts = (13, "") if len(flights) == 1 else (9, face(TEXT))  # two are drawn larger, beside the page's text
-    said = (
-        f"from {'above' if up == 1 else 'the side'}: {short(span[0])} m in {'xyz'[across]}, {short(span[1])} m in {'xyz'[up]}"
-    )
+    wide, high = (f"{short(size)} m in {'xyz'[axis]}" for size, axis in zip(span, (across, up), strict=True))
+    said = f"from {'above' if up == 1 else 'the side'}: {wide}, {high}"
     caption = f'<text x="{WIDE - 4:g}" y="{HIGH - 5:g}" text-anchor="end" {written(letters)}>{said}</text>'
     return stamped(f'<g fill="none" stroke-linecap="round" stroke-linejoin="round">{"".join(lines)}</g>{caption}', fonts)
 
@@ -93,9 +92,7 @@ def first_panel(figure: io.BufferedReader) -> str:
         body = colours.themed(BODY.search(text)[1])  # type: ignore[index]
         box = " ".join(f"{float(number):.2f}" for number in one["box"])
         below, above = (
-            escape(
-                ", ".join([re.sub("[{}]", "", label), *([" to ".join(map(short, axis["data"]))] if "data" in axis else [])])
-            )
+            escape(f"{re.sub('[{}]', '', label)}, {' to '.join(map(short, axis.get('data', ())))}".rstrip(", "))
             for label, axis in ((one["across"], one["x"]), (one["up"], one["y"]))
         )
     except (AttributeError, TypeError, ValueError, KeyError, IndexError, RecursionError):
@@ -108,7 +105,6 @@ def first_panel(figure: io.BufferedReader) -> str:
 
 
 def short(value: float) -> str:
-    """A number of two digits."""
     return f"{float(f'{value:.2g}'):,g}".replace("-", "−")
 
 

@@ -1,5 +1,6 @@
 """report.html of a flight."""
 
+import json
 import math
 import re
 from collections.abc import Sequence
@@ -15,6 +16,7 @@ from quadstep.metrics.off_command import off_command
 from quadstep.metrics.quantities import FAR, LoggedFlight, QuantityRows, heading_error, moves, position_errors
 from quadstep.metrics.registry import Metrics, group, metric, of_saturation, rest_of
 from quadstep.metrics.verdict import Case, FlightGrade, graded
+from quadstep.mission.fields import unit
 from quadstep.mission.listings import rounded, written
 from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, Section, TableSection
@@ -35,8 +37,7 @@ LEAST = 1e-4
 """Share of a path's size below which an RMSE is only said to be less."""
 
 LIST = re.compile(r"\[[^\[\]{}]*\]")
-PHASE = re.compile(r'(?<="phase": )[\d.e-]+')
-"""In JSON: a list of numbers or names, which is shown on one line; a phase margin, which is shown in degrees."""
+"""In JSON: a list of numbers or names, which is shown on one line."""
 
 
 def write_report(
@@ -62,8 +63,8 @@ def write_report(
         sections.append(TableSection("Errors", "errors", header, rows, said + ("" if seen else off)))
     if drawn[IN_SUMMARY:]:
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]
-    content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2, exclude_none=True))
-    content = PHASE.sub(lambda one: f"{math.degrees(float(one[0])):.6g}°", content)
+    keys = json.dumps(in_degrees(mission, mission.model_dump(mode="json", exclude_none=True)), indent=2, ensure_ascii=False)
+    content = LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), keys)
     sections += [
         TableSection("Mission", "flown"),
         markup.verbatim(content, "every key of the mission that has a value", False),
@@ -86,6 +87,15 @@ def write_report(
         cases=(Case("flown", None if log.outcome is Outcome.COMPLETED else first),),
     )  # fmt: skip
     path.write_text(found.html(path.parent), encoding="utf-8")
+
+
+def in_degrees(mission: "Mission", content: object, at: str = "") -> object:
+    """What a mission has at a key, with angles in degrees."""
+    if isinstance(content, dict):
+        return {key: in_degrees(mission, one, f"{at}.{key}".lstrip(".")) for key, one in content.items()}
+    if isinstance(content, list):
+        return [in_degrees(mission, one, at) for one in content]
+    return f"{math.degrees(content):.6g}°" if isinstance(content, float) and unit(mission, at) == "rad" else content
 
 
 def errors_since(mission: "Mission") -> str:

@@ -1,10 +1,7 @@
 """The question of `quadstep what-if`, and its answer in words, tables and a figure."""
 
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
-from decimal import Decimal
-from functools import partial
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -29,8 +26,6 @@ from quadstep.studies.tuning.objective import CandidateFlights, Row, rows, share
 PICTURE = "step"
 SIDES = ("before", "after")
 Floats = NDArray[np.float64]
-
-
 STEP = 0.5
 """Size of the step in calm air, ahead and to the left [m]."""
 
@@ -252,35 +247,28 @@ def contrasts(
     found = [Contrast("fail in gusts", first, then, points(failed[2]), grown, False)]
     found += map(in_flight, measured)
     for old, new in zip(*(one.grade.measures for one in sides), strict=False):
-        found.append(at_once(f"{old.what} margin", old.value, new.value, new.text, True))
+        found.append(at_once(f"{old.what} margin", old.scale * old.value, old.scale * new.value, old.unit, True, 1))
     settles = not any(map(unsettled, sides))  # else how it rises is where the flight was cut
     for (name, value), later in zip(steps[0].items(), steps[1].values(), strict=True) if settles else ():
         words, unit = units.metric(name)
-        one = at_once(words.strip(), value, later, partial(in_unit, unit), False)
+        one = at_once(words.strip(), value, later, f" {unit}", False)
         found.append(one._replace(difference=one.difference.replace("%", "points")))
     return [one for one in found if (one.before, one.after, one.share) != ("0", "0", 0.0)]
 
 
-def in_unit(unit: str, value: float) -> str:
-    """A number with a unit that takes no prefix."""
-    return f"{units.number(value)} {unit}"
-
-
-def at_once(name: str, before: float, after: float, text: Callable[[float], str], good: bool) -> Contrast:
-    """Something that has no interval. text: sets it with its unit."""
-    change = after - before
-    grown = part(change, before) if math.isfinite(change) else 0.0
-    old, new, by = (text(one).replace("-", "−") for one in (before, after, change))
-    return Contrast(name, old, new, subtracted(old, new) or by, grown, good)
-
-
-def subtracted(old: str, new: str) -> str:
-    """The difference of two numbers as they are shown, so that it is what a reader finds; empty unless of one unit."""
-    first, then = (re.fullmatch("([+-]?[0-9.]+)([^0-9]*)", one.replace("−", "-").replace(",", "")) for one in (old, new))
-    if not first or not then or first[2] != then[2]:
-        return ""
-    by = Decimal(then[1]) - Decimal(first[1])
-    return (f"{by:,f}" if by else "0").replace("-", "−") + first[2]
+def at_once(name: str, before: float, after: float, unit: str, good: bool, places: int | None = None) -> Contrast:
+    """Something that has no interval. Its difference is that of the numbers shown. unit: as it follows a number. places: its
+    decimals, where they are not those of three digits.
+    """
+    old, new = (float(f"{one:.{units.DIGITS}g}") if places is None else round(one, places) for one in (before, after))
+    first, then = (
+        "none" if math.isinf(one) else "–" if math.isnan(one) else units.number(one, places=places) + unit
+        for one in (old, new)
+    )
+    if not math.isfinite(change := round(new - old, 9)):
+        return Contrast(name, first, then, "–", 0.0, good)
+    by = f"{change + 0.0:,g}".replace("-", "−") if places is None else units.number(change, places=places)
+    return Contrast(name, first, then, by + unit, part(after - before, before), good)
 
 
 def in_flight(one: Row) -> Contrast:
