@@ -157,7 +157,8 @@ def built(names: Iterable[str] = COMMANDS.own) -> typer.Typer:
     app = typer.Typer(
         name="quadstep",
         cls=AllCommands,
-        help="How well, and how reliably, will this controller keep my quadrotor on its path?",
+        help="How well, and how reliably, will this controller keep my quadrotor on its path?\n\n"
+        "To begin: `quadstep new mission.toml`, then `quadstep fly mission.toml`.",
         epilog=CODES,
         add_completion=False,
         rich_markup_mode=None,
