@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import math
 import re
 from pathlib import Path
 
@@ -18,13 +19,15 @@ from quadstep.metrics.statistics import share
 from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
+from quadstep.report import canvas
+from quadstep.report.sheet import Sheet
 from quadstep.report.told import SPOTS
 from quadstep.studies import study as study_module
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, Chunk, Flyer, on_lanes
 from quadstep.studies.envelope import Map, watched
 from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, how_sure
 from quadstep.studies.envelope_cells import CAUSES, Cells, cells_of, middle
-from quadstep.studies.envelope_map import LOOKS, by_success, draw_panel, legend, scale
+from quadstep.studies.envelope_map import LOOKS, by_success, draw_panel, draw_slices, legend, scale
 from quadstep.studies.envelope_request import NOISY_FLIGHTS, request
 from quadstep.studies.study import run
 from tests.campaigns import MASS, NOISY, SHORT, written
@@ -218,7 +221,10 @@ def test_errors_are_said_to_be_those_of_flyable_cells_or_of_coloured_ones(tmp_pa
     told = "Colour: median position RMSE, 100 mm to 400 mm; lighter means larger."
     causes = np.zeros_like(cells.causes)
     causes[..., 0] = cells.causes.sum(axis=-1)
-    for look, shown in (("Hatched", cells), ("Dotted", cells._replace(causes=causes))):
+    both = causes.copy()
+    both[0, 1, 2] = cells.causes[0, 1, 2]
+    looks = ("Hatched", cells.causes), ("Dotted", causes), ("Hatched or dotted", both)
+    for look, shown in ((look, cells._replace(causes=some)) for look, some in looks):
         said = caption(found._replace(cells=shown), linked=False).replace("\N{NO-BREAK SPACE}", " ")
         assert said.splitlines() == [
             told,
@@ -484,6 +490,21 @@ def test_hatches_cover_the_lost_cells_only_each_cause_in_its_own_way(tmp_path):
     assert len(spans) == 2
     assert sorted(spans.values()) == [[0.5, -25.0, 1.5, 25.0], [1.5, -25.0, 2.5, 25.0]]
     assert [handle.get_label() for handle in legend(asked, cells)] == ["largest error more than 0.5 m", "lost: off the path"]
+
+
+def test_the_lines_beside_the_map_are_its_errors_where_it_has_colours(tmp_path, monkeypatch):
+    figures = []
+    monkeypatch.setattr(canvas, "write", lambda figure, path, sheet: figures.append(figure))
+    asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2")
+    cells = made([[[1, 1, 1], [1, 1, 0]]], [[[1.0, 0.1, 0.2], [0.3, 0.4, 0.5]]])
+    assert draw_slices(tmp_path / "slices", asked, cells, Sheet())
+    (axes,) = figures[0].axes
+    assert [line.get_label() for line in axes.lines] == ["disturbance scale = 0", "disturbance scale = 50"]
+    for line, wanted in zip(axes.lines, ([1.0, 0.1, 0.2], [0.3, 0.4, math.nan]), strict=True):
+        np.testing.assert_allclose(line.get_ydata(), wanted)
+        assert line.get_xdata().tolist() == [1.0, 2.0, 3.0]
+    assert axes.get_ylabel() == "position RMSE [m]"
+    assert not draw_slices(tmp_path / "slices", asked, made([[[1, 0, 0], [0, 0, 0]]], 0.1), Sheet()), "one point is no line"
 
 
 def test_a_cell_under_the_pointer_says_why_flights_fail_not_that_most_do(tmp_path):

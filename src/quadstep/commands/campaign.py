@@ -101,7 +101,7 @@ def envelope(
 ) -> None:
     """Map where a mission can be flown, and how well, over two of its keys.
 
-    Writes report.html, flights.html, envelope.png, envelope.svg, envelope.parquet (one row per cell), table.tex and
+    Writes report.html, flights.html, envelope and slices as .png and .svg, envelope.parquet (one row per cell), table.tex and
     metrics.json.
     """
     with needed_by("`quadstep envelope`"):

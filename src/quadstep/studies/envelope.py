@@ -21,11 +21,11 @@ from quadstep.studies.campaign.store import parquet
 from quadstep.studies.campaign.varied import variation_text
 from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, coloured_by, enough
 from quadstep.studies.envelope_cells import CAUSES, FLYABLE, Cells, cells_of, table
-from quadstep.studies.envelope_map import colours, draw_map, in_brief
+from quadstep.studies.envelope_map import colours, draw_map, draw_slices, in_brief
 from quadstep.studies.envelope_request import Request, Value
 from quadstep.studies.study import Flown, Study
 
-DATA, PICTURE = "envelope.parquet", "envelope"
+DATA, PICTURE, SLICES = "envelope.parquet", "envelope", "slices"
 
 HEADER = ("panel", "cells", "flyable", "success rate", "RMSE of flyable cells [{}]", "outcomes of failed flights")
 
@@ -61,6 +61,9 @@ class Map(Study[Envelope]):
         links = write_flights(out, self.campaign, found, places, intro=[" ".join(said)] if said else [])
         at = {flight % self.asked.cells: link for flight, link in links.items()}
         draw_map(out / PICTURE, self.asked, envelope.cells, sheet, at)
+        sliced, y = draw_slices(out / SLICES, self.asked, envelope.cells, sheet), self.asked.y
+        where = f" where {y.in_words(y.values[len(y.values) // 2])}" * bool(self.asked.by)
+        along = f"The same errors{where}{'; no line where cells have no colour' * (not all(drawn))}."
         name = self.campaign.file.name
         unit, factor = units.handy("m", max((one.rmse[1] for one in envelope.panels if one.rmse), default=0.0))
         header, rows = [one.format(unit) for one in HEADER], [row(one, factor) for one in envelope.panels]
@@ -70,7 +73,7 @@ class Map(Study[Envelope]):
             answer=answer(envelope),
             sentences=[answer(envelope)],
             record=as_json(envelope),
-            figures=[Figure(PICTURE, caption(envelope, bool(links)), label="Map")],
+            figures=[Figure(PICTURE, caption(envelope, bool(links)), label="Map"), *[Figure(SLICES, along)] * sliced],
             sections=[
                 *([TableSection("Panel by panel", "panels", header, rows)] if self.asked.by else []),
                 TableSection("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),

@@ -196,8 +196,9 @@ def caption(envelope: Envelope, linked: bool) -> str:
             if several
             else f"whose flight {'is lost' if causes.all() else 'fails'}"
         )
-        look = "Hatched" if causes.any() else "Dotted"
-        lines.append(f"{look}: {units.counted(int((~seen).sum()), 'cell')} {few}.")
+        look = "Hatched" if causes.all() else "Hatched or dotted" if causes.any() else "Dotted"
+        near = "" if several else f"; light cells beside them nearly {'were' if causes.all() else 'did'}"
+        lines.append(f"{look}: {units.counted(int((~seen).sum()), 'cell')} {few}{near}.")
     if (struck := seen & ~cells.flyable).any() and cells.flyable.any():
         lines.append(f"Struck through: {units.counted(int(struck.sum()), 'cell')} in which {too_few(envelope.asked.flights)}.")
     if linked:

@@ -23,10 +23,11 @@ from numpy.typing import NDArray
 from quadstep.metrics.requirements import unit
 from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
-from quadstep.report.canvas import drawing, write
+from quadstep.report.axes import logarithmic
+from quadstep.report.canvas import LINES, drawing, figure_at, write
 from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
-from quadstep.report.units import metric, percent, quantity
+from quadstep.report.units import handy, metric, percent, quantity
 from quadstep.studies.campaign.varied import text_of
 from quadstep.studies.envelope_cells import CAUSES, MOSTLY, OVER_LIMIT, Cells, too_few
 from quadstep.studies.envelope_request import MapAxis, Request
@@ -91,6 +92,28 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Ma
             beside = max(1, min(len(handles), 4, int(width / 1.7)))
             figure.legend(handles=handles, loc="outside lower left", ncols=beside, handlelength=2.6, handleheight=1.6)
         write(figure, path, sheet)
+
+
+def draw_slices(path: Path, request: Request, cells: Cells, sheet: Sheet) -> bool:
+    """Errors along the middle row of each panel; of a single one also along its first and last. Whether there are any."""
+    panels, rows, _ = request.shape
+    middle, ends = [(one, rows // 2) for one in range(panels)], [] if request.by else [(0, 0), (0, rows - 1)]
+    errors = np.where(coloured(cells), cells.rmse, np.nan)
+    lines = {place: errors[place] for place in sorted({*middle, *ends}) if np.isfinite(errors[place]).sum() > 1}
+    if by_success(cells) or not (request.x.ranged and 0 < len(lines) <= len(LINES)):
+        return False
+    what, factor = handy("m", max(float(np.nanmax(one)) for one in lines.values()))
+    high = 6.2 if request.by else 4.2
+    with figure_at(path, sheet, (PHONE, high), 0.16, 0.55 / high, 0.97, 1.0 - (0.05 + 0.25 * len(lines)) / high) as figure:
+        axes = figure.subplots()
+        for ((panel, row), one), style in zip(lines.items(), LINES, strict=False):
+            axis, value = (request.by, panel) if request.by else (request.y, row)
+            axes.plot(request.x.values, factor * one, marker=".", label=axis.in_words(axis.values[value]), **style)
+        logarithmic(axes, [factor * one[np.isfinite(one)] for one in lines.values()])
+        axes.set(xlabel=label(request.campaign.mission, request.x.key), xlim=edges(request.x)[[0, -1]])
+        axes.set_ylabel(f"{'median ' * (cells.flights > 1)}position RMSE [{what}]")
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    return True
 
 
 FEWEST_COLOURED = 0.1

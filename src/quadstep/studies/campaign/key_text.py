@@ -1,6 +1,5 @@
 """What a campaign's report says of its keys: how much each explains, and how flights do over it."""
 
-import math
 from collections.abc import Mapping, Sequence
 from html import escape
 
@@ -8,12 +7,9 @@ from quadstep.metrics.statistics import Estimate
 from quadstep.mission.fields import label, words
 from quadstep.report import units
 from quadstep.report.evidence import TableSection
-from quadstep.studies.campaign.pictures import ByKey
 from quadstep.studies.campaign.report_text import percent
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.sensitivity import Interaction, certain
-from quadstep.studies.campaign.splits import with_option
-from quadstep.studies.campaign.varied import Bins
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
 """Names of the explained quantities."""
@@ -63,26 +59,8 @@ def keys(count: int, most: int) -> TableSection:
     return TableSection("Individual keys", "keys", text=text)
 
 
-def over_key(key: str, said: Sequence[str]) -> str:
+def over_key(key: str, said: Sequence[str], statistical: bool) -> str:
     """What to see of the flights over a key. said: of their failures, nothing if chance explains these."""
-    found = " ".join(said) or f"No range of {words(key)} was found in which more flights fail than chance explains."
+    none = f"No range of {words(key)} was found in which more flights fail than chance explains."
+    found = " ".join(said) or (none if statistical else f"The flights over {words(key)}.")
     return f"{found[0].upper()}{found[1:]}"
-
-
-def extremes(key: str, bins: Bins, lines: Mapping[str, ByKey], unit: str) -> str:
-    """Where most and fewest fail."""
-    good = next(iter(lines.values())).good
-    least, most = (edge(good, key=lambda place: good[place].value) for edge in (min, max))
-    if good[least].value == good[most].value:
-        return f"{words(key)}: {units.percent(1.0 - good[least].value)} of the flights fail in every group."
-    shares = [f"{units.percent(1.0 - good[at].value)}{{}} {group(key, bins, at, unit)}" for at in (least, most)]
-    return f"{words(key)}: {shares[0].format(' fail')}, but {shares[1].format('')}."
-
-
-def group(key: str, bins: Bins, place: int, unit: str) -> str:
-    if bins.edges is None:
-        return f"with {with_option(key, bins.labels[place])}"
-    low, high = bins.edges[place : place + 2].tolist()
-    digits = 1 - math.floor(math.log10((high - low) or 1.0))
-    said = [f"{round(end, digits) + 0.0:.10g}" for end in (low, high)]
-    return units.numerals(f"from {said[0]} to {said[1]} {unit}".rstrip(" -"))

@@ -12,7 +12,7 @@ from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.io.run_record import FIGURES
 from quadstep.metrics.registry import SOUND
 from quadstep.metrics.statistics import Estimate
-from quadstep.mission.fields import label, unit
+from quadstep.mission.fields import label
 from quadstep.mission.schema import Mission
 from quadstep.report import markup
 from quadstep.report.drawing import FigureJob
@@ -239,10 +239,7 @@ def key_sections(
         }
         drawn[key] = PlottedKey(label(campaign.mission, key), cut, lines, (metric.name, metric.limit))
         draw_keys(of.folder / name, [drawn[key]], of.sheet)
-        told = text.of_key(findings, key)
-        if not (told or of.summary.statistical):
-            told = [key_text.extremes(key, cut, lines, unit(campaign.mission, key))]
-        shown[key] = figure(name, key_text.over_key(key, told))
+        shown[key] = figure(name, key_text.over_key(key, text.of_key(findings, key), of.summary.statistical))
     at_top = [key for key in at_top if key in drawn]
     tops = [shown.pop(key) for key in at_top if len(at_top) == 1]
     if at_top and not tops:
