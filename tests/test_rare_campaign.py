@@ -103,11 +103,11 @@ def test_it_says_a_known_probability_and_the_most_likely_failure(tmp_path):
     assert found["probability"]["low"] < true < found["probability"]["high"]
     assert found["flights"] * 10 < found["flights_one_by_one"]
     assert found["warnings"] == []
-    near = found["nearest_failure"]
+    (near,) = found["nearest_failures"]
     assert sum(near["values"].values()) == pytest.approx(0.06, rel=0.1)
     assert near["deviations"] == pytest.approx(6.0 / 2.0**0.5, rel=0.1)
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert "The most likely failure found" in page
+    assert "The most likely flight that failed" in page
     assert page.count("<figure") == 1
     assert (out / "figures" / "levels.png").exists()
 

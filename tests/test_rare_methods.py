@@ -11,8 +11,9 @@ from quadstep.report import units
 from quadstep.studies.campaign.schema import Method
 from quadstep.studies.rare.cross_entropy import LEAST, beyond, cross_entropy
 from quadstep.studies.rare.mixture import FIRST, Points, Random
+from quadstep.studies.rare.point_flyer import Failure
 from quadstep.studies.rare.replicates import PieceKind, subset_simulation
-from quadstep.studies.rare.run_folder import FinishedPiece
+from quadstep.studies.rare.run_folder import FinishedPiece, Nearest
 from quadstep.studies.rare.summary import HOW, Crude, Estimate, common, crude_of, interval, sentences, summarise
 
 METHODS = (subset_simulation, cross_entropy)
@@ -280,6 +281,18 @@ def test_where_no_failure_is_found_the_interval_is_that_of_the_crude_flights():
     assert "probability 0" not in said and not others
     both = summarise([*[piece(0.0)] * 5, piece(6e-9, PieceKind.METHOD)])
     assert "A second opinion finds more failures: 6e-09" in both.warnings[1], "which no replicate did"
+
+
+def test_each_kind_of_failure_has_its_own_most_likely_flight():
+    def flown(*found, kind=PieceKind.REPLICATE):
+        (event,) = (one := piece(1e-5, kind)).events
+        near = [Nearest(failure=kind, deviations=away, values={}, deviations_by_key={}) for kind, away in found]
+        events = [event.model_copy(update={"failure": each.failure, "nearest": each}) for each in near]
+        return one.model_copy(update={"events": events})
+
+    above, early, either = (one.value for one in (Failure.ABOVE, Failure.EARLY, Failure.ANY))
+    pieces = [flown((above, 3.0), (early, 5.0)), flown((above, 2.0), (early, 6.0)), flown((either, 1.0), kind=PieceKind.SCORE)]
+    assert [(one.failure, one.deviations) for one in summarise(pieces).nearest] == [(above, 2.0), (early, 5.0)]
 
 
 def test_some_points_are_chosen_by_place():

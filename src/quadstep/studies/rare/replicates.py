@@ -1,7 +1,7 @@
 """The pieces of a run: independent replicates, and second opinions that do not count but must agree."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -145,19 +145,12 @@ def fly_piece(flights: PointFlyer, piece: Piece, progress: Advance) -> FinishedP
         method=name,
         probability=sum(one.probability for one in found),
         flights=flown,
-        events=[recorded(event, one) for event, one in zip(events, found, strict=True)],
-        nearest=nearest(
-            flights,
-            failures,
-            [event.failure.value for event, one in zip(events, found, strict=True) for _ in one.failures.noise],
-        )
-        if len(failures.noise)
-        else None,
+        events=[recorded(flights, event, one) for event, one in zip(events, found, strict=True)],
         again=flown_again,
     )
 
 
-def recorded(event: Event, one: Replicate) -> DoneEvent:
+def recorded(flights: PointFlyer, event: Event, one: Replicate) -> DoneEvent:
     return DoneEvent(
         failure=event.failure.value,
         score=list(event.scales),
@@ -166,16 +159,17 @@ def recorded(event: Event, one: Replicate) -> DoneEvent:
         crude_failures=one.crude_failures,
         failures=len(one.failures.noise),
         levels=[(level.threshold, level.probability) for level in one.levels],
+        nearest=nearest(flights, one.failures, event.failure.value) if len(one.failures.noise) else None,
     )
 
 
-def nearest(flights: PointFlyer, failures: Points, kinds: Sequence[str]) -> Nearest:
-    """The most likely of some failures. kinds: of each."""
+def nearest(flights: PointFlyer, failures: Points, kind: str) -> Nearest:
+    """The most likely of some failures of a kind."""
     distance = np.linalg.norm(failures.latent, axis=1)
     place = int(np.argmin(distance))
     drawn = values(flights.campaign.file, failures.latent[place : place + 1])
     return Nearest(
-        failure=kinds[place],
+        failure=kind,
         deviations=float(distance[place]),
         values={name: column.at(0) for name, column in drawn.items()},
         deviations_by_key=dict(zip(drawn, failures.latent[place].tolist(), strict=True)),

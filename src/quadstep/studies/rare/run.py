@@ -28,7 +28,7 @@ from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.varied import text_of, variation_text
 from quadstep.studies.rare.point_flyer import PointFlyer, check_space
 from quadstep.studies.rare.replicates import PieceKind, fly_piece, pieces
-from quadstep.studies.rare.run_folder import FinishedPiece, RareRecord, opened
+from quadstep.studies.rare.run_folder import FinishedPiece, Nearest, RareRecord, opened
 from quadstep.studies.rare.summary import HOW, RareSummary, as_json, common, rounded, sentences, summarise
 
 LEVELS = f"{FIGURES}/levels"
@@ -78,7 +78,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
     saved = summary.one_by_one and not (common(summary) or summary.warnings)
     facts = [markup.Fact("flights", f"{summary.flights:,}", plain if saved else "")]
     facts += [
-        markup.Fact("the other method, once", units.number(one.probability), by_kind(one)) for one in record.pieces
+        markup.Fact(f"by {one.method.words}, once", units.number(one.probability), by_kind(one)) for one in record.pieces
         if one.method is not file.rare.method and one.probability > 0.0
     ][:1]  # fmt: skip
     kinds = climbed(record.pieces)
@@ -93,7 +93,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         figures=[Figure(LEVELS, SHOWN + OPINIONS * opined(record.pieces, kinds))] if kinds else [],
         sections=[
             TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)]),
-            *nearest(summary, campaign.mission, path),
+            *[part for one in summary.nearest for part in nearest(one, campaign.mission, path)],
             TableSection("Settings", "flown", ("", ""), flown),
             TableSection(
                 header=("what varies", "key", "how"), rows=[(words(key), key, variation_text(file, key)) for key in file.keys]
@@ -124,27 +124,25 @@ SEE_IT = "To fly it, put these lines in place of [vary] and [[correlated]] into 
 OTHER_NOISE = " Its noise is then another, so that it may succeed."
 
 
-def nearest(summary: RareSummary, mission: Mission, path: Path) -> list[Section]:
+def nearest(found: Nearest, mission: Mission, path: Path) -> list[Section]:
     """The values of the keys in the failure nearest to the median, the farthest out first, and how to fly them."""
-    title, found = "The most likely failure found", summary.nearest
-    if found is None:
-        return [TableSection(title, "nearest", text="No failure was found.")]
+    how = HOW.get(found.failure, found.failure)
+    title, name_of = f"The most likely flight that {how}", how.split()[0]
     if found.deviations < NEAR:
         said = "A flight whose keys are all near their medians failed: none of them has to be unusual."
-        return [TableSection(title, "nearest", text=said)]
+        return [TableSection(title, f"nearest-{name_of}", text=said)]
     away, where = found.deviations_by_key, f"{found.deviations:.2f} standard deviations from the median"
     ordered = sorted(found.values.items(), key=lambda item: -abs(away[item[0]]))
     rows = [
         (label(mission, name), text_of(value, 4), f"{round(away[name], 2) + 0.0:+.2f}".replace("-", "−"))
         for name, value in ordered
     ]
-    header, how = ("key", "value", "deviations from the median"), HOW.get(found.failure, found.failure)
-    text = f"This flight {how}. Its values are {where} of the distributions."
-    table = TableSection(title, "nearest", header, rows, text, shown=f"{title}: it {how}, {where}")
+    header, text = ("key", "value", "deviations from the median"), f"Its values are {where}."
+    table = TableSection(title, f"nearest-{name_of}", header, rows, text, shown=f"{title}: {where}")
     if any(isinstance(value, dict) for value in found.values.values()):
         return [table]
     lines = [f'{name} = {{ type = "grid", values = [{json.dumps(value)}] }}' for name, value in found.values.items()]
-    copy = path.with_name(f"{path.stem}-failure.toml")
+    copy = path.with_name(f"{path.stem}-{name_of}.toml")
     flown = markup.verbatim("\n".join(["[vary]", *lines])) + markup.verbatim(command("fly", copy, "--flight", 0))
     return [table, TableSection(text=SEE_IT + OTHER_NOISE * mission.noisy), flown]
 

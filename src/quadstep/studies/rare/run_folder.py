@@ -23,6 +23,15 @@ class RareTable(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
+class Nearest(RareTable):
+    """The most likely failure of a kind that was found: its distance from the median, its values, the deviations of each."""
+
+    failure: str = "any"
+    deviations: float
+    values: dict[str, object]
+    deviations_by_key: dict[str, float]
+
+
 class DoneEvent(RareTable):
     """Failures of one kind. score: the metrics that predicted them. levels: threshold, None for failure itself; probability.
 
@@ -36,15 +45,7 @@ class DoneEvent(RareTable):
     crude_failures: Count
     failures: Count
     levels: list[tuple[float | None, float]]
-
-
-class Nearest(RareTable):
-    """The most likely failure found: its kind, its distance from the median, its values, and the deviations of each."""
-
-    failure: str = "any"
-    deviations: float
-    values: dict[str, object]
-    deviations_by_key: dict[str, float]
+    nearest: Nearest | None = None
 
 
 class RepeatedFailures(RareTable):
@@ -62,7 +63,6 @@ class FinishedPiece(RareTable):
     probability: Probability
     flights: Count
     events: Annotated[list[DoneEvent], Field(min_length=1)]
-    nearest: Nearest | None = None
     again: RepeatedFailures | None = None
 
     @property

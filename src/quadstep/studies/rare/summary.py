@@ -68,7 +68,7 @@ class RareSummary(NamedTuple):
     """probability: of failure, with its 95 % interval. replicates: those of each. flights: all that were flown.
 
     spread: standard deviation of the replicates over their mean. one_by_one: crude flights whose interval would be as wide.
-    kinds: the probability of each kind of failure.
+    kinds: the probability of each kind of failure. nearest: the most likely of each that was found, the likeliest first.
     """
 
     probability: Estimate
@@ -79,7 +79,7 @@ class RareSummary(NamedTuple):
     kinds: Mapping[str, float]
     crude: Crude
     opinions: dict[str, float]
-    nearest: Nearest | None
+    nearest: tuple[Nearest, ...]
     again: RepeatedFailures
     warnings: tuple[str, ...]
     rest: Mapping[str, str] = {}
@@ -98,7 +98,8 @@ def summarise(done: Sequence[FinishedPiece]) -> RareSummary:
     for event in (event for one in own for event in one.events):
         kinds[event.failure] = kinds.get(event.failure, 0.0) + event.probability / len(own)
     opinions = {f"{one.method.words}, {one.score}": one.probability for one in done if one not in own}
-    nearest = min((one.nearest for one in done if one.nearest), key=lambda one: one.deviations, default=None)
+    near = sorted((event.nearest for one in done for event in one.events if event.nearest), key=lambda one: -one.deviations)
+    nearest = tuple({one.failure: one for one in near if one.failure in kinds}.values())[::-1]
     again = [one.again for one in own if one.again]
     flown, failed = sum(one.flights for one in again), sum(one.failures for one in again)
     found = RareSummary(
@@ -182,7 +183,7 @@ def as_json(summary: RareSummary) -> dict[str, object]:
         "flights_one_by_one": summary.one_by_one,
         "crude": {**summary.crude._asdict(), "kinds": dict(summary.crude.kinds), "rate": summary.crude.rate._asdict()},
         "opinions": summary.opinions,
-        "nearest_failure": summary.nearest.model_dump() if summary.nearest else None,
+        "nearest_failures": [one.model_dump() for one in summary.nearest],
         "fail_again_with_other_noise": summary.again.failures / summary.again.flights if summary.again.flights else None,
         "warnings": list(summary.warnings),
         AT_REST: dict(summary.rest),
