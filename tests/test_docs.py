@@ -387,6 +387,21 @@ def test_long_tables_go_on_over_the_page_on_paper(tmp_path, browsers):
     browsers[False].blank()
 
 
+@needs(CHROMIUM)
+@pytest.mark.parametrize(("width", "beside"), [(1440, True), (360, False)])
+def test_strips_of_a_figure_stand_beside_one_another_where_there_is_room(width, beside, tmp_path, browsers):
+    strip = '<svg width="264pt" height="100pt" viewBox="0 0 264 100" style="--wide: 264"></svg>'
+    style = (DOCS / "site/static/theme.css").read_text(encoding="utf-8")
+    text = f'<style>{style}</style><article><figure><div class="drawn">{2 * strip}</div></figure></article>'
+    page = browsers[False].page()
+    page.set_viewport_size({"width": width, "height": 800})
+    page.goto(write(tmp_path, f"<!doctype html>{text}", "a.html").as_uri())
+    first, second = (page.locator("svg").nth(i).bounding_box() for i in (0, 1))
+    assert (first["y"] == second["y"]) is beside
+    assert first["width"] <= width
+    browsers[False].blank()
+
+
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     """A small site."""
