@@ -146,7 +146,7 @@ ARDUCOPTER = Need(
 )
 BETAFLIGHT_TREE = Need(
     "a tree of Betaflight 4.5",
-    "name one: QUADSTEP_BETAFLIGHT=DIRECTORY (docs/stock.md)",
+    "name one: QUADSTEP_BETAFLIGHT=DIRECTORY (docs/stock-checked.md)",
     (Path(os.environ.get("QUADSTEP_BETAFLIGHT", "none")) / "src/main").is_dir,
     spared=True,
 )
