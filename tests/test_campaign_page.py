@@ -147,7 +147,7 @@ def test_a_control_of_what_the_campaign_varies_is_refused_in_words(open_page):
     assert page.evaluate("quadstep.rate().done")  # as counted before
     page.evaluate("quadstep.setControl('k_x', [13, 14, 16])")  # at once: the flights of the file are still known
     page.wait_for_function("() => document.querySelector('#rate-words').textContent.includes('fail with the original values')")
-    assert page.locator("#margins").inner_text() == "Margins not known for these settings: quadstep linear"
+    assert page.locator("#margins").inner_text() == "Margins of the changed loop: run quadstep linear"
     page.click("#reset")
     assert not page.locator("#margins").count()
     assert not page.locator("#reset").is_enabled()

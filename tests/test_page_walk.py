@@ -150,7 +150,7 @@ def test_a_step_that_wants_a_flight_as_commanded_is_not_done_by_one_that_begins_
         page.evaluate("gain => quadstep.setControl('K_r2', [gain, gain, gain])", gain)
         assert (
             page.locator(".guide-goal").inner_text()
-            == f"{told}: a flight as commanded with RMSE up to 10.0\N{NO-BREAK SPACE}mm."
+            == f"{told}: a flight as commanded with an RMSE of up to 10.0\N{NO-BREAK SPACE}mm."
         )
     page.click("#guide-solution")  # for who gives up
     assert page.locator(".guide-goal").inner_text().startswith("✓ Done") and "K_r2:75" in page.evaluate("location.hash")
@@ -158,7 +158,7 @@ def test_a_step_that_wants_a_flight_as_commanded_is_not_done_by_one_that_begins_
     assert not page.locator("#guide-solution").count(), "a step that gives none"
     page.evaluate("quadstep.setControl('K_r2', [70, 70, 70])")
     said, (_, problems) = page.locator(".guide-goal").inner_text(), page.locator("#outcome").inner_text().split("problems: ")
-    assert said.startswith("✓ Done: a completed flight with largest tilt of at least 1.00°.") and said.endswith(
+    assert said.startswith("✓ Done: a completed flight with a largest tilt of at least 1.00°.") and said.endswith(
         f"Problems remain: {problems}."
     )
 

@@ -54,10 +54,10 @@ export function badge(host: HTMLElement, shown: Shown): void {
   fill(host, details);
 }
 
-/** Of the loop at rest: what the file's lacks, or that it is another one now. */
+/** Of the loop at rest: the grade of the file's, or that it is another one now. */
 function margins({ data, flight: { held }, live, settings, whole }: Shown): HTMLElement | null {
-  if (!loopChanged(settings, data)) return data.margins ? h("span", { id: "margins", class: "fragile" }, "Loop at rest: ", ...rich(data.margins)) : null;
-  return held && live && whole === undefined ? h("span", { id: "margins" }, "Margins not known for these settings: ", h("code", {}, "quadstep linear")) : null;
+  if (!loopChanged(settings, data)) return data.margins ? h("span", { id: "margins", class: data.margins === "sound" ? "" : "fragile" }, "Loop at rest: ", ...rich(data.margins)) : null;
+  return held && live && whole === undefined ? h("span", { id: "margins" }, "Margins of the changed loop: run ", h("code", {}, "quadstep linear")) : null;
 }
 
 const LIMITED = "These conditions assume unlimited rotors, so they guarantee nothing for this vehicle.";

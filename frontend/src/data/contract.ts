@@ -139,7 +139,7 @@ export interface FlightData {
   /** Why it is not flown live; "" if it is. */
   readonly whyNot: string;
   readonly warnings: readonly string[];
-  /** The grade of the file's loop at rest and why; "" where it is sound or not known. */
+  /** The grade of the file's loop at rest, and why if it is not sound; "" where it is not known. */
   readonly margins: string;
   readonly recorded: Recorded | null;
   readonly controllers: readonly Controller[];

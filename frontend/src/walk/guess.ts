@@ -25,14 +25,14 @@ export function question(guess: Guess, made: (verdict: HTMLElement, right: boole
   return { host, show: take };
 }
 
-const MEASURES = { rmse: ["RMSE", "m"], largest: ["largest error", "m"], tilt: ["largest tilt", "rad"] } as const;
+const MEASURES = { rmse: ["an RMSE", "m"], largest: ["a largest error", "m"], tilt: ["a largest tilt", "rad"] } as const;
 
 /** What a step wants of its flight, in words; empty: nothing. */
 export function wanted({ success, asCommanded }: StepData): string {
   const parts = goals(success).map(([name, [low, high]]) => {
     const [label, unit] = MEASURES[name];
     if (high === undefined) return `${label} of at least ${quantity(low, unit)}`;
-    return low > 0 ? `${label} from ${quantity(low, unit)} to ${quantity(high, unit)}` : `${label} up to ${quantity(high, unit)}`;
+    return low > 0 ? `${label} from ${quantity(low, unit)} to ${quantity(high, unit)}` : `${label} of up to ${quantity(high, unit)}`;
   });
   return parts.length ? `a ${asCommanded ? "flight as commanded" : "completed flight"} with ${parts.join(" and ")}` : "";
 }

@@ -116,7 +116,7 @@ def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> Fli
         summary=summary(flown),
         whyNot=why_not,
         warnings=flown.warnings,
-        margins="" if rest.get("grade") == SOUND else ", ".join(rest[key] for key in ("grade", "why") if key in rest),
+        margins=SOUND if rest.get("grade") == SOUND else ", ".join(rest[key] for key in ("grade", "why") if key in rest),
         recorded=recorded(log, share) if why_not else None,
         controllers=live.controllers,
         controls=live.controls,
