@@ -12,7 +12,8 @@ from quadstep import read_mission
 from quadstep.engines.fly import fly
 from quadstep.metrics.registry import AT_REST
 from quadstep.mission.paths import CirclePath
-from quadstep.page.build import flown_mission, fly_missions, missions_page
+from quadstep.page.build import build_page, flown_mission, fly_missions
+from quadstep.page.model import ClaimView
 from quadstep.page.serve import server
 from quadstep.page.story import OWN
 from tests.browsers import axe, picture, until
@@ -201,12 +202,13 @@ def test_slider_flies_again(open_page):
 
 @pytest.fixture(scope="module")
 def noted_file(tmp_path_factory):
-    """A fragile flight with a text beside it, as the paper's have."""
+    """A fragile flight with a text and claims beside it, as the paper's have."""
     mission = read_mission(EXAMPLES / "case1.toml")
     plan = mission.plan(EXAMPLES)
-    shown = flown_mission(mission, plan, fly(plan), EXAMPLES)._replace(note="Three commands at once.")
+    shown = flown_mission(mission, plan, fly(plan), EXAMPLES)._replace(note="Three commands at once.", claims=(0, 1))
     rest = {AT_REST: {"grade": "fragile", "why": "phase margin 29.4° in thrust (less than 30.0°)"}}
-    text = missions_page([shown._replace(metrics={**shown.metrics, **rest})])
+    claims = [ClaimView(f"It {one}", "As stated.", "As measured.", one, (), "", ()) for one in ("holds", "fails")]
+    text = build_page("Noted", (), [shown._replace(metrics={**shown.metrics, **rest})], claims)
     return write(tmp_path_factory.mktemp("noted"), text, "page.html")
 
 
@@ -218,6 +220,9 @@ def test_nothing_moves_while_a_slider_is_held_and_a_fragile_loop_is_told_at_ever
     page = open_page(file=noted_file, width=width, height=height, webgl=True)
     assert page.locator("#margins").inner_text() == "Loop at rest: fragile, phase margin 29.4° in thrust (less than 30.0°)"
     assert page.locator("#margins").is_visible()
+    if width == 1440:  # of a claim a reader of the first screen sees the verdict
+        assert page.locator("#of-paper > summary").inner_text().split("\n") == ["The paper’s claims", "1 holds, 1 fails"]
+        assert page.locator("#of-paper").bounding_box()["y"] < page.locator("#controls").bounding_box()["y"]
     page.evaluate("document.querySelector('#skip-controls').click()")
     for label in ("K r1", "Λ2", "time t f"):  # which end in good flights and in lost ones
         slider = page.locator(f"#controls input[type=range][aria-label^='{label}']:visible").first

@@ -4,10 +4,11 @@ import type { Claim, PageData } from "../data/contract";
 import type { Shown } from "../session";
 import { fill, h } from "../view/dom";
 import { closed, prose, rich, sentence } from "../view/notation";
+import { tally } from "./strip";
 
 const VERDICTS = { holds: "Holds", fails: "Fails", undecided: "Undecided" } as const;
 
-/** host: of what it is; claimed: of what is claimed of it. look: bring plots forward. */
+/** host: of what it is, and what the paper claims of it; claimed: of what was measured. look: bring plots forward. */
 export function story(host: HTMLElement, claimed: HTMLElement, page: PageData, shown: Shown, look: (panels: readonly string[]) => void): void {
   const { data, live } = shown;
   const claims = data.claims.flatMap((index) => page.claims[index] ?? []);
@@ -15,19 +16,30 @@ export function story(host: HTMLElement, claimed: HTMLElement, page: PageData, s
     host,
     h("h2", { id: "flight-name", class: data.name === page.title ? "named unseen" : "named" }, data.name),
     data.note ? h("p", { class: "lead" }, ...rich(data.note)) : null,
+    claims.length ? ofPaper(claims, look) : null,
     !live ? h("p", { class: "why", id: "why-not" }, closed(data.whyNot || "Shown as recorded")) : null,
     ...data.warnings.map((warning) => h("p", { class: "why warned" }, "Warning: ", ...rich(closed(warning)))),
   );
   fill(
     claimed,
     data.note || claims.length || data.facts.length ? h("p", { class: "stale-note" }, STALE) : null,
-    claims.length ? h("div", { class: "claims" }, ...claims.map((claim) => card(claim, claims.length === 1, look))) : null,
     data.facts.length ? facts(data.facts) : null,
   );
 }
 
 /** Shown where the text no longer fits what flies. */
 export const STALE = "You changed the settings; the text still describes the original flight.";
+
+/** Closed, so that sliders are in sight; one line however many there are. */
+function ofPaper(claims: readonly Claim[], look: (panels: readonly string[]) => void): HTMLElement {
+  const verdicts = claims.map(({ verdict }) => verdict);
+  return h(
+    "details",
+    { class: "claim", id: "of-paper" },
+    h("summary", {}, h("h3", {}, "The paper’s claims"), h("span", { class: "tally" }, tally(verdicts)), h("span", { class: "more", "aria-hidden": "true" })),
+    ...claims.map((claim) => card(claim, claims.length === 1, look)),
+  );
+}
 
 function card(claim: Claim, open: boolean, look: (panels: readonly string[]) => void): HTMLElement {
   const verdict = h("span", { class: `verdict ${claim.verdict}` }, VERDICTS[claim.verdict]);

@@ -1,6 +1,6 @@
 // The walk: every flight of the page in a strip, one click each.
 
-import type { FlightData, PageData } from "../data/contract";
+import type { Claim, FlightData, PageData } from "../data/contract";
 import type { Session } from "../session";
 import { field } from "./field";
 import { MARKS, graveness } from "../summary/grade";
@@ -8,6 +8,12 @@ import { byId, fill, h } from "../view/dom";
 
 const MANY = { holds: "hold", fails: "fail", undecided: "undecided" } as const;
 const VERDICTS = ["holds", "fails", "undecided"] as const;
+
+/** How many claims hold, fail and are undecided, in words. */
+export function tally(verdicts: readonly Claim["verdict"][]): string {
+  const counts = VERDICTS.map((verdict) => ({ verdict, count: verdicts.filter((one) => one === verdict).length })).filter(({ count }) => count);
+  return counts.map(({ verdict, count }) => `${count} ${count === 1 ? verdict : MANY[verdict]}`).join(", ");
+}
 
 export class Strip {
   private readonly buttons = new Map<string, HTMLButtonElement>();
@@ -39,8 +45,7 @@ export class Strip {
   private button(flight: FlightData, session: Session): HTMLButtonElement {
     const first = flight.group === session.page.flights[0]!.group;
     const verdicts = first ? flight.claims.flatMap((index) => session.page.claims[index]?.verdict ?? []) : [];
-    const counts = VERDICTS.map((verdict) => ({ verdict, count: verdicts.filter((one) => one === verdict).length })).filter(({ count }) => count);
-    const said = counts.map(({ verdict, count }) => `${count} ${count === 1 ? verdict : MANY[verdict]}`).join(", ");
+    const said = tally(verdicts);
     const { reasons } = flight.outcome;
     const grade = graveness(flight.outcome);
     const state = [grade, ...reasons].join(" ");
