@@ -206,7 +206,7 @@ def newton(loops: Loops, flown: LoopState, first: int) -> Rest:
             raise NoRestError("no rest found: a state or a derivative is no longer finite")
         worst = int(np.argmax(np.abs(left / (1.0 + np.abs(period.period.values)))))
         what = in_words([short(period.period.names)[worst]], short(period.period.names), period.period.pose.names)
-        moves = f"one state still moved, {what} by {number(left[worst])} (SI units) in {period.period.length:g} s"
+        moves = f"{what} still changed by {number(left[worst])} (SI units) in {period.period.length:g} s"
         if size < AT_REST and not rough:
             outcome(loops, flown, first)
             if period.period.broken:
@@ -217,7 +217,7 @@ def newton(loops: Loops, flown: LoopState, first: int) -> Rest:
             break
         change, *_ = np.linalg.lstsq(period.map - np.eye(len(left)), -left, rcond=1e-12)
         flown = better(loops, flown, first, period, change.astype(np.float64), size)
-    raise NoRestError(f"no rest found: where the search ended, {moves}", sizes[-1])
+    raise NoRestError(f"no rest found: in the last of {len(sizes)} tries {moves}", sizes[-1])
 
 
 def mixtures(rest: Rest) -> Array:
