@@ -131,7 +131,7 @@ def test_a_controller_may_have_other_defaults_for_the_same_gains():
     ({"k_v": 0.0}, "k_v: every entry must be greater than 0"),
     ({"k_i": -1.0}, "k_i: every entry must be zero or more"),
     ({"layer": 1.0}, "layer: should be a list"),
-    ({"layer": [1.0]}, "layer[1]: missing; it is needed: "),
+    ({"layer": [1.0]}, "layer[1] is required: "),
     ({"layer": [1.0, 0.0]}, "layer[1]: should be greater than 0"),
     ({"most_thrust": 1.0}, "most_thrust: unknown key; allowed here: k_i, k_v, layer, mass, most_speed, nets, type"),
     ({"nets": {"F2": 1.0}}, "nets.F2: unknown key; allowed here: F1, enabled, kappa1"),

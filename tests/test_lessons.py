@@ -285,10 +285,7 @@ def test_a_course_that_leaves_out_what_a_mission_needs_says_so(tmp_path):
     mission = read_mission(mission_of("4.4", tmp_path, {}))
     task = LessonTask(name="a", asks="Fly.", same={"path.type": "minimum-jerk"}, free=("path.duration",))
     (case,) = differing_keys(task, mission, plain(mission.model_dump()))
-    assert (
-        case.failure
-        == "only path.type, path.duration may be given; with these alone: path.end: missing; it is needed: end point [m]"
-    )
+    assert case.failure == "only path.type, path.duration may be given; with these alone: path.end is required: end point [m]"
 
 
 def test_what_moves_no_flight_may_be_given(tmp_path):

@@ -54,8 +54,8 @@ CASES = {
         "psi",
     ),
     "key of the other controller": (NESTED + "K_r1 = 3.0\n", "controller.K_r1", "a_z"),
-    "no path": ('name = "nothing"\n', "path", "needed"),
-    "empty file": ("", "path", "needed"),
+    "no path": ('name = "nothing"\n', "path", "is required"),
+    "empty file": ("", "path", "is required"),
     "path without a type": ("[path]\nend = [1.0, 0.0, 0.0]\n", "path.type", "minimum-jerk", "recorded"),
     "unknown path": ('[path]\ntype = "spiral"\n', "path.type", "spiral", "figure-eight"),
     "controller without a type": (LINE + "[controller]\nK_r1 = 3.0\n", "controller.type", "backstepping"),
@@ -70,7 +70,7 @@ CASES = {
     "type is a list": ("[path]\ntype = [1]\n", "path.type", "minimum-jerk"),
     "path is a number": ("path = 3\n", "path", "3"),
     "vehicle is a list": ("vehicle = [1]\n" + LINE, "vehicle", "[1]"),
-    "path without an end": ('[path]\ntype = "minimum-jerk"\nduration = 1.0\n', "path.end", "needed"),
+    "path without an end": ('[path]\ntype = "minimum-jerk"\nduration = 1.0\n', "path.end", "is required"),
     "number as text": (LINE + '[vehicle]\nmass = "1.0"\n', "vehicle.mass", "number", "'1.0'"),
     "number as bool": (LINE + "[vehicle]\nmass = true\n", "vehicle.mass", "number", "True"),
     "gain as bool": (BACKSTEPPING + "K_r1 = true\n", "controller.K_r1", "True"),
@@ -142,8 +142,12 @@ CASES = {
     "waypoints repeat": (waypoints(0.0, 2.0, 2.0), "path", "times of waypoints must increase", "2"),
     "waypoints go back": (waypoints(0.0, 2.0, 1.0), "path", "times of waypoints must increase", "2 is followed by 1"),
     "waypoint before zero": (waypoints(-1.0, 2.0), "path.waypoints[0].t", "0"),
-    "waypoint without a place": (WAYPOINTS.format(times="{ t = 0.0 }, { t = 1.0 }"), "path.waypoints[0].position", "needed"),
-    "circle without a radius": ('[path]\ntype = "circle"\nperiod = 9.0\n', "path.radius", "needed"),
+    "waypoint without a place": (
+        WAYPOINTS.format(times="{ t = 0.0 }, { t = 1.0 }"),
+        "path.waypoints[0].position",
+        "is required",
+    ),
+    "circle without a radius": ('[path]\ntype = "circle"\nperiod = 9.0\n', "path.radius", "is required"),
     "circle of no size": ('[path]\ntype = "circle"\nradius = 0.0\nperiod = 9.0\n', "path.radius", "greater than 0"),
     "circle with a negative ramp": ('[path]\ntype = "circle"\nradius = 1.0\nperiod = 9.0\nramp = -1.0\n', "path.ramp", "0"),
     "figure eight in no plane": (
@@ -262,7 +266,7 @@ def test_of_very_many_mistakes_ten_are_named(tmp_path):
 
 def test_a_misspelt_key_is_one_mistake_and_not_a_missing_key_besides(tmp_path):
     lines = refusals(tmp_path, '[path]\ntype = "circle"\nradus = 1.0\n')
-    assert [line.split(": ")[1] for line in lines] == ["path.radus", "path.period"]
+    assert [line.split(": ")[1] for line in lines] == ["path.radus", "path.period is required"]
     assert [line.split(": ")[1] for line in refusals(tmp_path, "[pth]\n")] == ["pth"]
 
 

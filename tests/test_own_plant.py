@@ -339,7 +339,7 @@ def test_a_mission_for_it_is_written_and_needs_a_controller(mission):
     without = MISSION.replace('[controller]\ntype = "rail.py:Lift"\npole = 4.0\n', "")
     run = quadstep("fly", write(mission.parent, without, "none.toml"))
     assert run.refused, run
-    assert "controller: missing; it is needed" in run.err
+    assert "controller is required" in run.err
 
 
 @pytest.mark.parametrize(("old", "new", "said"), [

@@ -82,7 +82,7 @@ def test_files_of_a_mission_that_was_read_are_looked_up_beside_it(tmp_path, monk
 
 
 @pytest.mark.parametrize(("keys", "said"), [
-    ({}, "path: missing; it is needed"),
+    ({}, "path is required"),
     ({"path": {**CIRCLE, "radius": -1.0}}, "path.radius: should be greater than 0, not -1.0"),
     ({"path": {"type": "spiral"}}, "path.type: unknown value 'spiral'; allowed: minimum-jerk, waypoints, circle, "),
     ({"path": LINE, "vehicle": "x500"}, "vehicle: should be a table, not 'x500'"),

@@ -265,7 +265,7 @@ def gains(line):
 
 BAD = {
     "no table": (PAPER, ["[tune] is missing", "controller.K_r1"]),
-    "no gains": (PAPER + "[tune]\n", ["tune.gains", "missing; it is needed: keys of the controller and their ranges"]),
+    "no gains": (PAPER + "[tune]\n", ["tune.gains", "is required: keys of the controller and their ranges"]),
     "empty gains": (PAPER + "[tune]\ngains = {}\n", ["tune.gains", "at least 1"]),
     "unknown gain": (
         gains("controller.K_r9 = { low = 1.0, high = 2.0 }"),
@@ -294,7 +294,7 @@ BAD = {
         gains('controller.K_r1 = { low = 1.0, high = 4.0, scale = "cubic" }'),
         ["controller.K_r1", "scale", "log"],
     ),
-    "no high": (gains("controller.K_r1 = { low = 1.0 }"), ["controller.K_r1", "high", "missing"]),
+    "no high": (gains("controller.K_r1 = { low = 1.0 }"), ["controller.K_r1", "high", "is required"]),
     "no number": (gains('controller.K_r1 = { low = "a", high = 4.0 }'), ["controller.K_r1", "low"]),
     "not a table": (gains("controller.K_r1 = 3.0"), ["tune.gains", "controller.K_r1"]),
     "one key too many": (gains("controller.K_r1 = { low = 1.0, high = 4.0, step = 1.0 }"), ["step", "unknown key"]),

@@ -33,7 +33,7 @@ class UserError(Exception):
     ...     Mission(path={"type": "circle", "radius": 1.0})
     ... except UserError as error:
     ...     print(error)
-    Mission: path.period: missing; it is needed: time of one turn [s]
+    Mission: path.period is required: time of one turn [s]
     """
 
     def __init__(self, message: str, *others: str) -> None:

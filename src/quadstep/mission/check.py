@@ -54,7 +54,7 @@ def explained(
     meant: set[str] = set()  # keys that misspelt ones stand for, which are not missing besides
     for inner, problem, table in every:
         key, said = describe(inner, problem)
-        line = ".".join((*map(str, table), ": ".join(filter(None, (key, said)))))
+        line = ".".join((*map(str, table), (" " if said.startswith("is required") else ": ").join(filter(None, (key, said)))))
         key = ".".join(filter(None, (*map(str, table), key)))
         file = blamed_file(content, (*table, *problem["loc"]), folder)
         if file:
@@ -100,7 +100,7 @@ def describe(model: type[BaseModel], problem: Any) -> tuple[str, str]:
     key = cut(".".join(cut(part, LONGEST_VALUE) for part in keys), 3 * LONGEST_VALUE)
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         names = [name for option in options for name in types(option)]
-        missing = f"missing; allowed: {', '.join(names)}"
+        missing = f"is required; allowed: {', '.join(names)}"
         return f"{key}.type", missing if kind == "union_tag_not_found" else unknown_name("value", context["tag"], names)
     field = models[-1].model_fields.get(keys[-1].partition("[")[0]) if keys else None
     note = next((one for one in (field.metadata if field else ()) if isinstance(one, Quantity)), Quantity("", ""))
@@ -109,7 +109,7 @@ def describe(model: type[BaseModel], problem: Any) -> tuple[str, str]:
     few = context.get("min_length")
     said = {
         "extra_forbidden": unknown(keys[-1] if keys else "", models[-1].model_fields),
-        "missing": f"missing; it is needed{meaning}",
+        "missing": f"is required{meaning}",
         "model_type": f"should be a table, not {shorten(given)}",
         "model_attributes_type": f"should be a table, not {shorten(given)}",
         "dict_type": f"should be a table, not {shorten(given)}{meaning}",

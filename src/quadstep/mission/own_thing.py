@@ -101,7 +101,7 @@ def unknown_type(kind: object, own: Iterable[str], group: str) -> UserError:
     names, see = named(own, group), SEE.get(group, "")
     allowed = f"allowed: {listed(names, OWN, see)}"
     if kind is None:
-        return UserError(f"missing; {allowed}")
+        return UserError(f"is required; {allowed}")
     others = flown_by(kind) if group == CONTROLLERS else ""
     return UserError(
         f"{kind} flies {others}, not this vehicle; {allowed}" if others else unknown_name("value", kind, names, OWN, see)

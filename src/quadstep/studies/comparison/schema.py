@@ -63,7 +63,7 @@ class PathEntry(Limited):
 
     def model_post_init(self, context: object) -> None:
         if "path" not in self.mission:
-            raise ValueError("mission.path: missing; it is needed")
+            raise ValueError("mission.path is required")
 
 
 class ScenarioEntry(Limited):
@@ -92,7 +92,7 @@ class ControllerEntry(Limited):
 
     def model_post_init(self, context: object) -> None:
         if not isinstance(self.controller.get("type"), str):
-            raise ValueError("controller.type: missing; it is needed")  # noqa: TRY004 (pydantic takes it for an answer)
+            raise ValueError("controller.type is required")  # noqa: TRY004 (pydantic takes it for an answer)
         if self.frozen is not None and self.ranges is not None:
             raise ValueError("frozen and ranges are both given; gains are either frozen or tuned")
 
