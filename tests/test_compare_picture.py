@@ -242,6 +242,12 @@ def test_where_errors_are_large_is_drawn_and_said_where_all_flights_agree_on_it(
     text = (tmp_path / "one.svg").read_text(encoding="utf-8")
     assert text.count(">large above 12.3 mm<") == 1, "of two panels, that of the error that is graded"
     assert [text.count(f">{name}<") for name in found.controllers] == [2, 2, 2], "each row by its name"
+    bad = results[1]._replace(grade=Graded(FlightGrade.FLEW_BUT, (), ("large error",)))
+    draw_vehicle(
+        tmp_path / "two", found._replace(results=(results[0], bad, results[2])), "crazyflie", sheet("svg", None, SCREEN)
+    )
+    marked = (tmp_path / "two.svg").read_text(encoding="utf-8").count("#ffffff")
+    assert marked == text.count("#ffffff") + 1, "open is who has the table's !, not whose median is near the line"
     ranks, other = text.lower().split('id="axes1"')
     assert CURVES[0].lower() in ranks and CURVES[0].lower() not in other, "nobody is best by what does not rank"
     assert (

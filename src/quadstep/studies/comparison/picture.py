@@ -9,6 +9,7 @@ from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from quadstep.metrics.verdict import RULES
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import drawing, write
 from quadstep.report.colours import COLOURS, CURVES
@@ -53,7 +54,9 @@ def draw_vehicle(path: Path, results: Comparison, vehicle: str, sheet: Sheet) ->
 
 
 def draw_panel(axes: Axes, results: Comparison, situations: Sequence[Situation], metric: str, group: float) -> None:
-    """A metric in every situation; marks are open, and a dashed line stands, where a position RMSE is a large error."""
+    """A metric in every situation; a dashed line stands where a position RMSE is a large error, a mark is open where that of
+    the median flight is one.
+    """
     unit, rows = unit_of(results, metric), {}
     for row, situation in enumerate(situations):
         axes.annotate(
@@ -75,7 +78,8 @@ def draw_panel(axes: Axes, results: Comparison, situations: Sequence[Situation],
             rows[height] = one.controller
             best = metric == results.metric and one.controller in leaders(results, situation)
             color = CURVES[0] if best else "0.35"
-            looks = SHAPES[place % len(SHAPES)], "white" if one.spreads[metric].median.value > limit else color, color
+            large = metric == "position_rmse" and one.grade is not None and RULES[0].label in one.grade.labels
+            looks = SHAPES[place % len(SHAPES)], "white" if large else color, color
             draw_result(axes, one, metric, height, unit.factor, looks)
             tell_result(axes, one, results, metric, height)
     axes.set_yticks(list(rows), list(rows.values()))

@@ -1,6 +1,5 @@
 """The files of a comparison: tables, figures, report, and the page on which the best fly the same flight."""
 
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import numpy as np
 from quadstep.engines.fly import fly
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
-from quadstep.metrics.verdict import FlightGrade
+from quadstep.metrics.verdict import RULES, FlightGrade
 from quadstep.mission.derived import ControllerSection
 from quadstep.page.build import build_page
 from quadstep.page.flights import ShownFlight
@@ -92,10 +91,10 @@ def evidence(
     vehicles = [one.vehicle for one in results.ranked]
     everywhere = {vehicle: " in every situation" if vehicles.count(vehicle) > 1 else "" for vehicle in pictures}
     spread = f": median with its 95 % interval, and a thin line to the {results.high}" if results.spreads and not many else ""
-    large = any(
-        one.spreads[results.metric].median.value > results.limits.get(one.situation, math.inf) for one in results.results
+    large = any(one.grade is not None and RULES[0].label in one.grade.labels for one in results.results)
+    opened = " Open in the first panel: the median flight has a large error." * (
+        large and results.metric == "position_rmse" and not many
     )
-    opened = " An open mark in the first panel is a large error." * (large and results.metric == "position_rmse" and not many)
     better = (
         "The paler, the better" if many else f"Blue: best, or tied for best, by {metric(results.metrics[results.metric])[0]}"
     )
