@@ -201,6 +201,8 @@ def test_a_page_has_every_slider_the_issue_names(data):
     own = {control["id"] for control in flight["controllers"][0]["controls"]}
     assert {"Lambda1", "K_r1", "K_i1", "Lambda2", "K_r2", "K_i2", "filter_frequency", "nets", "neurons", "F1", "F2", "kappa1",
             "kappa2", "believed_mass"} <= own  # fmt: skip
+    hints = {control["id"]: control["hint"] for control in flight["controllers"][0]["controls"]}
+    assert hints["F1"] == "Learning rate of net 1 (Eq. 54)." and hints["kappa2"].startswith("Damping of the weights of net 2")
     assert len(flight["controllers"]) == 3
 
 

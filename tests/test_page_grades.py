@@ -76,7 +76,7 @@ def test_a_flight_above_the_limit_of_its_campaign_is_no_good_one(open_page, logs
     outcome = page.evaluate("quadstep.outcome()")
     assert (outcome["grade"], tuple(outcome["reasons"])) == ("above the limit", wanted.reasons)
     said = page.locator("#outcome").inner_text().replace("\xa0", " ")
-    assert said.startswith("Above the limit: largest error ") and said.endswith(" mm, limit 1.00 mm")
+    assert said.startswith("Above the limit (largest error ") and said.endswith(" mm, limit 1.00 mm)")
     assert page.locator(".badge summary .mark").inner_text() == "✕"
     assert "does not measure its u effort" in page.locator("#summary-words").inner_text()
     assert page.locator("#walk [aria-current] .dot").get_attribute("class").split()[1] == "bad"

@@ -87,7 +87,7 @@ function inWords({ flight, graded: { grade, labels, left, above }, whole }: Show
   const ended = `${number(flight.ended, 3)} s`;
   if (whole !== undefined) return `First ${ended} of ${number(whole, 3)} s`;
   if (grade === "lost") return `Lost at ${flight.ended.toFixed(2)} s`;
-  if (above.length) return `Above the limit: ${above.join("; ")}`;
+  if (above.length) return `Above the limit (${above.join("; ")})`;
   if (left) return `Flew ${ended}, but ${/did not [^:]+/.exec(left)![0]}`; // the rest is in the sheet
   if (grade === "as commanded") return `Flew as commanded for ${ended}`;
   return !labels.length ? `Flew for ${ended}` : `Flew ${ended}, with problems: ${labels.join(", ")}`;

@@ -43,7 +43,8 @@ MOST_SLIDERS = 60
 ROOM_FOR_GHOSTS = 800_000
 """Characters of laws up to which controllers are added beside the missions' own."""
 
-LEARNING, DAMPING, STARTING = "Learning rate of Eq. 54.", "Damping of the weights in Eq. 54.", "When both nets switch on."
+LEARNING, DAMPING = "Learning rate of net {} (Eq. 54).", "Damping of the weights of net {} (Eq. 54)."
+STARTING = "When both nets switch on."
 UNDECLARED = "A number of this controller, which does not say what it means."
 
 
@@ -86,7 +87,7 @@ def net_sliders(declarations: Mapping[str, object], gains: object, section: Cont
             if isinstance(net, DeclaredNet):
                 place, label = f"{name}.{field}", f"{symbol}{net.number}"
                 value = one(attrgetter(place)(gains), parameter(f"gains.{place}"))
-                found.append(from_zero(label, label, "-", value, end, hint))
+                found.append(from_zero(label, label, "-", value, end, hint.format(net.number)))
     return grouped(NETS, *found)
 
 
