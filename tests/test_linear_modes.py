@@ -76,7 +76,7 @@ def test_a_growing_pole_has_the_time_in_which_it_doubles_and_neither_time_consta
             ("integral.2", "velocity.1", "position.0", "velocity.0", "attitude.2", "rates.2", "observer.gain.1"),
             "the law's integral along z, velocity along x and y, position along x, attitude about y, and 2 more",
         ),
-        (["attitude.2"], ("x", "y", "z", "yaw"), ("attitude.0", "rates.2"), "angle of yaw and rate of roll"),
+        (["attitude.2"], ("x", "y", "z", "yaw"), ("attitude.0", "rates.2"), "yaw and rate of roll"),
         (["pitch"], ("x", "z"), ("position.1", "pitch"), "position along z and pitch"),
         ([], ("x",), ("weights_1.0", "integral_1.0", "weights_1"), "weights of the first net and the integral of r1 along x"),
         (["q.0"], ("z",), ("rates.0", "attitude.0"), "rates and attitude"),  # of a plant that says no more of them

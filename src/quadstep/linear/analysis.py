@@ -101,6 +101,11 @@ class Analysis(NamedTuple):
         return [pole for pole in self.poles if pole.real * self.loop.period.length > STILL]
 
     @property
+    def kinked(self) -> bool:
+        """Whether its margins depend on the sides and states that were tried, which are not all alike then."""
+        return bool(self.near) or "different" in self.tried
+
+    @property
     def stable(self) -> bool:
         return not self.growing
 
@@ -127,13 +132,14 @@ def analyse_rest(mission: Mission) -> RestAnalysis:
     with linearising():
         rests = [at_rest(plan) for plan in plans]
         found = worst_of([of_loop(one, limits(mission)) for rest in rests for one in (rest.period, *rest.pieces)])
-        near, tried, later = rests[0].near, rests[0].tried, rests[0].later
-        return RestAnalysis(rests[0], with_place(found, mission, rests)._replace(near=near, tried=tried, later=later))
+        return RestAnalysis(rests[0], with_place(found, mission, rests))
 
 
 def with_place(analysis: Analysis, mission: Mission, rests: list[Rest]) -> Analysis:
-    """With where its loops rest, and whether the mission has events."""
-    return analysis._replace(aside=max(map(aside, rests)), eventful=bool(getattr(mission, "events", ())))
+    """With where its loops rest, what was tried about it, and whether the mission has events."""
+    near, tried, later = rests[0].near, rests[0].tried, rests[0].later
+    off, events = max(map(aside, rests)), bool(getattr(mission, "events", ()))
+    return analysis._replace(aside=off, eventful=events, near=near, tried=tried, later=later)
 
 
 def limits(mission: Mission) -> MarginLimits:

@@ -39,7 +39,9 @@ RISES, FALLS = "if the gain rises", "if the gain falls"
 
 
 class Measure(NamedTuple):
-    """A margin as it is graded: where it is least, and what is asked. channel: with the way of a gain. scale: from SI."""
+    """A margin as it is graded: where it is least, and what is asked. channel: with the way of a gain. scale: from SI.
+    kinked: see `Analysis`.
+    """
 
     what: str
     value: float
@@ -47,6 +49,13 @@ class Measure(NamedTuple):
     channel: str
     scale: float
     unit: str
+    kinked: bool = False
+
+    @property
+    def words(self) -> str:
+        """Its value, in digits that do not depend on what was tried."""
+        text = self.text(self.value).removesuffix(self.unit)
+        return f"{coarse(text) if self.kinked else text}{self.unit if math.isfinite(self.value) else ''}"
 
     @property
     def met(self) -> bool:
@@ -78,6 +87,11 @@ through rounding: of equal ones the first is named, on every machine.
 WORST_FIRST = UNSTABLE, NO_REST, UNKNOWN, FRAGILE, SOUND
 
 
+def coarse(text: str) -> str:
+    """A margin without its last digit: "6" for 6.4 dB, and "none" as it is."""
+    return text if text == "none" else text[:-1].removesuffix(".")
+
+
 def graded(analysis: Analysis) -> Grade:
     if not analysis.stable:
         first, *others = grouped(analysis.growing)
@@ -95,11 +109,9 @@ def graded(analysis: Analysis) -> Grade:
 def explained(analysis: Analysis, measures: Sequence[Measure]) -> str:
     """These margins of a stable loop in words, either all too small or none, and what else is to be known of it."""
     small = [
-        f"{one.what} margin {one.text(one.value)} in {one.channel} (less than {one.text(one.limit)})"
-        for one in measures
-        if not one.met
+        f"{one.what} margin {one.words} in {one.channel} (less than {one.text(one.limit)})" for one in measures if not one.met
     ]
-    every = [f"{one.what} margin {one.text(one.value)}{f' ({one.channel})' * math.isfinite(one.value)}" for one in measures]
+    every = [f"{one.what} margin {one.words}{f' ({one.channel})' * math.isfinite(one.value)}" for one in measures]
     said = " and ".join(small) or "smallest " * bool(every) + ", ".join(every)
     aside = f"it rests {quantity(analysis.aside, 'm')} from where the path begins" if analysis.aside >= LEAST_ASIDE else ""
     return "; ".join(filter(None, (said, aside, "events are ignored" * bool(analysis.eventful))))
@@ -114,7 +126,7 @@ def least_of(analysis: Analysis) -> tuple[Measure, ...]:
         smallest = min((value for value, _ in every), default=math.inf)
         alike = (pair for pair in every if pair[0] <= smallest + SAME * abs(smallest))
         value, channel = next(alike, (math.inf, ""))
-        return Measure(what, value, bound, channel, scale, unit)
+        return Measure(what, value, bound, channel, scale, unit, analysis.kinked)
 
     return (
         least("gain", analysis.limits.gain, 1.0, " dB", (RISES, lambda one: one.up), (FALLS, lambda one: one.down)),
@@ -192,11 +204,9 @@ def in_firmware(mission: Mission, target: str) -> tuple[str, bool]:
     if not found.measures:
         return f"Margins on {path.name} ({about}): {found.why}.", False
     short = [one for one in found.measures if one.what != "delay" and not one.met]  # what is late is counted already
-    missed = " and ".join(
-        f"{one.what} margin on {path.name} is {one.text(one.value)}, below {one.text(one.limit)}" for one in short
-    )
+    missed = " and ".join(f"{one.what} margin on {path.name} is {one.words}, below {one.text(one.limit)}" for one in short)
     below = f"The {missed}: choose slower gains. " if short else ""
-    said = ", ".join(f"{one.what} {one.text(one.value)} ({one.channel})" for one in found.measures)
+    said = ", ".join(f"{one.what} {one.words} ({one.channel})" for one in found.measures)
     return f"{below}Smallest margins on {path.name} ({about}): {said}.", bool(short)
 
 
@@ -275,7 +285,7 @@ def whole_grade(mission: Mission) -> Grade:
     except UserError as error:
         return grade_of_refusal(error)
     found = cached("whole grade", mission, plans, lambda: grade(mission))
-    word, why, measures = cast("tuple[str, str, list[tuple[str, float, float, str, float, str]]]", found)
+    word, why, measures = cast("tuple[str, str, list[tuple[str, float, float, str, float, str, bool]]]", found)
     return Grade(word, why, tuple(Measure(*one) for one in measures))
 
 

@@ -179,7 +179,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
         facts=[with_limit(one, found) for one in worst.facts([("", found)])],
         figures=[Figure(f"{FIGURES}/{name}", caption) for name, caption in captions(found, moves).items()],
         sections=[
-            TableSection("Margins", "margins", *worst.by_channel(found), shown=margins),
+            TableSection("Margins", "margins", *worst.by_channel(found), tables.PEAKS, shown=margins),
             markup.disclosure("how they are computed", "".join(map(markup.paragraph, [tables.METHOD, *said[len(answer) :]]))),
             poles,
         ],
@@ -203,8 +203,9 @@ def with_limit(fact: markup.Fact, analysis: Analysis) -> markup.Fact:
     asked = [one for one in graded(analysis).measures if fact.what == f"smallest {one.what} margin"]
     needed = [f"a sound loop has at least {one.text(one.limit)}" if one.limit else "no limit applies" for one in asked]
     if fact.what == worst.DISK and (d := min(one.disk for one in analysis.margins)) < 2.0:
-        gain, phase = decibels((2.0 + d) / (2.0 - d)), math.degrees(2.0 * math.atan(0.5 * d))
-        needed.append(f"allows a gain of {gain} dB up or down, a phase of {phase:.1f}°, and less of both together")
+        both = decibels((2.0 + d) / (2.0 - d)), tables.number(math.degrees(2.0 * math.atan(0.5 * d)))
+        gain, angle = (worst.shown(one, analysis) for one in both)
+        needed.append(f"allows a gain of {gain} dB up or down, a phase of {angle}°, and less of both together")
     short = any(not one.met for one in asked)
     return fact._replace(more="; ".join(filter(None, (fact.more, *needed))), kind="fair" * short)
 
@@ -213,13 +214,14 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     """What to see in each figure."""
     pairs = list(zip(analysis.channels, analysis.margins, strict=False))
     phase = pairs[least_phase(analysis)]
+    least = worst.shown(tables.number(math.degrees(phase[1].phase)), analysis)
     near = max(pairs, key=lambda pair: pair[1].sensitivity)
     over, late = max(moves, key=lambda one: one.overshoot), max(moves, key=lambda one: one.settling)
     settled = f"the last to settle is {late.name}: within 2 % after {late.settling:.3g} s"
     never = f"{late.name} does not settle within 2 % in the time shown"
     return {
         "bode": "Where |L| falls through 0 dB, the phase's distance from −180° is the phase margin. It is smallest in "
-        f"{phase[0].name}: {math.degrees(phase[1].phase):.1f}° at {phase[1].phase_at:.3g} rad/s. The bars mark it, and the "
+        f"{phase[0].name}: {least}° at {phase[1].phase_at:.3g} rad/s. The bars mark it, and the "
         "smallest gain margin, which is read where the phase crosses −180° or −540°; dots mark their "
         "frequencies in the other panel.",
         "step": "The path steps by 1 along one axis at a time. The largest overshoot is that of "
@@ -263,7 +265,7 @@ def draw(folder: Path, analysis: Analysis, moves: list[StepResponse], sheet: She
     shown = merged(OpenLoop(
         analysis.channels, omega, harmonic(ready, omega),
         phases=[(least, math.degrees(one.phase), one.phase_at)] if math.isfinite(one.phase) else [],
-        gains=[min(all_gains, key=lambda gain: abs(gain[1]))],
+        gains=[min(all_gains, key=lambda gain: abs(gain[1]))], digits=int(not analysis.kinked),
     ))  # fmt: skip
     draw_bode(folder / "bode", shown, sheet)
     draw_nyquist(folder / "nyquist", shown, sheet)

@@ -137,7 +137,7 @@ def in_words(states: Iterable[str], names: Sequence[str], pose: Sequence[str], m
     if "attitude.3" in names:  # a quaternion; its first entry is that of no axis
         kinds |= {"attitude": ("attitude about", ("", *"xyz")), "rates": ("body rate about", "xyz")}
     elif "yaw" in pose:
-        kinds |= {"attitude": ("angle of", TURNS), "rates": ("rate of", TURNS)}
+        kinds |= {"attitude": ("", TURNS), "rates": ("rate of", TURNS)}
     words = {f"{kind}.{i}": (word, axis) for kind, (word, axes) in kinds.items() for i, axis in enumerate(axes) if axis}
     found: dict[str, list[str]] = {}
     for name in states:

@@ -23,12 +23,16 @@ from quadstep.report.units import listed
 POLE_HEADER = ("pole [1/s]", "states", "doubles every [s]", "time constant [s]", "damping", "frequency [rad/s]", "count")
 METHOD = (
     "One loop is opened at a time, between the controller's command and the rotors. Margins say how far that command can be "
-    "scaled, shifted in phase or delayed before the sampled loop becomes unstable. S and T are the largest |1/(1 + L)|, by "
-    "which disturbances are amplified, and |L/(1 + L)|; 1/S is the smallest distance of L from −1. Disk is for gain and phase "
-    "that change together: a disk margin of d allows all complex factors (1 + δ/2)/(1 − δ/2) with |δ| < d, among them gains "
+    "scaled, shifted in phase or delayed before the sampled loop becomes unstable. S is 1/(1 + L) and T is L/(1 + L); the "
+    "peak of S is the inverse of the smallest distance of L from −1. Disk is for gain and phase that change together: a disk "
+    "margin of d allows all complex factors (1 + δ/2)/(1 − δ/2) with |δ| < d, among them gains "
     "up to (2 + d)/(2 − d) and phases up to 2 arctan(d/2)."
 )
+PEAKS = (
+    "S is the factor by which the loop amplifies a disturbance, T that of measurement noise; peaks well above 2 are a warning."
+)
 ONE = " Curves, poles and steps show one of them."
+DIGITS = ", without the digits that depend on this choice"
 BENT = "The law has a kink at rest, so margins are the worst of {}." + ONE
 NEAR = "The law has a kink close to rest ({}), so margins are the worst of rest and {}." + ONE
 LATER = "The loop changes with time: this is the worst of the loops at the start and at t = {} s of the flight."
@@ -66,9 +70,10 @@ def pole_rows(poles: list[Pole], in_words: Callable[[Iterable[str]], str], most:
 def sentences(analysis: Analysis) -> list[str]:
     """What else is to be known of a grade."""
     later = [LATER.format(listed([f"{t:.3g}" for t in analysis.later]))] if analysis.later else []
-    bent = [BENT.format(analysis.tried)] if analysis.bends else []
+    tried = analysis.tried + DIGITS * analysis.kinked
+    bent = [BENT.format(tried)] if analysis.bends else []
     if analysis.near and not bent:
-        bent = [NEAR.format(analysis.in_words(short(analysis.near)), analysis.tried)]
+        bent = [NEAR.format(analysis.in_words(short(analysis.near)), tried)]
     return [*later, *(bent if analysis.stable else [])]
 
 
@@ -101,7 +106,7 @@ FARTHEST = 8.0
 class OpenLoop(NamedTuple):
     """The opened loop as drawn. omega [rad/s]; loop: L, shape (frequencies, channels). unsure: half of the 95 % interval of
     the first channel's L, as a share of it, where that was measured. phases: phase margins to mark [°], by place
-    of their channel, and where they are [rad/s]; gains: gain margins [dB], those downwards below 0.
+    of their channel, and where they are [rad/s]; gains: gain margins [dB], those downwards below 0. digits: of these.
     """
 
     channels: tuple[Channel, ...]
@@ -110,6 +115,7 @@ class OpenLoop(NamedTuple):
     unsure: Array | None = None
     phases: Sequence[tuple[int, float, float]] = ()
     gains: Sequence[tuple[int, float]] = ()
+    digits: int = 1
 
 
 MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
@@ -199,7 +205,7 @@ def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
     marks: list[tuple[Axes, int, float, float, float, str]] = []
     for place, degrees, at in shown.phases:
         turned = np.array(np.interp(at, shown.omega, np.asarray(below.lines[place].get_ydata())))
-        marks.append((below, place, at, float(whole_turns(turned)), float(turned), f"{degrees:.1f}°"))
+        marks.append((below, place, at, float(whole_turns(turned)), float(turned), f"{floored(degrees, shown)}°"))
         above.plot([at], [0.0], "o", markersize=4, color=above.lines[place].get_color())
     for place, gain in shown.gains:
         size, phase = (np.asarray(axes.lines[place].get_ydata()) for axes in (above, below))
@@ -207,7 +213,7 @@ def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
         found = np.flatnonzero((off[:-1] * off[1:] <= 0.0) & (np.abs(off[:-1] - off[1:]) < 90.0))
         near = int(min(found, key=lambda k: abs(size[k] + gain), default=-1))
         if near >= 0 and abs(size[near] + gain) < NEAR_ENOUGH:
-            marks.append((above, place, shown.omega[near], 0.0, -gain, f"{abs(gain):.1f} dB"))
+            marks.append((above, place, shown.omega[near], 0.0, -gain, f"{floored(abs(gain), shown)} dB"))
             below.plot(
                 [shown.omega[near]], [whole_turns(phase[near])], "o", markersize=4, color=below.lines[place].get_color()
             )
@@ -217,6 +223,11 @@ def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
     taken += [axes.transData.transform([(end, line) for end in axes.get_xlim()]) for axes, _, _, line, *_ in marks]
     for axes, place, at, *ends, text in marks:
         taken.append(label(axes, place, at, 0.5 * sum(ends), text, taken))
+
+
+def floored(value: float, shown: OpenLoop) -> str:
+    """A margin in the digits that are shown, cut where they are none."""
+    return f"{value:.1f}" if shown.digits else f"{math.floor(float(f'{value:.1f}'))}"
 
 
 def whole_turns(phase: Array) -> Array:

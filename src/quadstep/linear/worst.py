@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from quadstep.linear.analysis import Analysis, least
-from quadstep.linear.grade import FALLS, FRAGILE, RISES, UNKNOWN, UNSTABLE, explained, graded
+from quadstep.linear.grade import FALLS, FRAGILE, RISES, UNKNOWN, UNSTABLE, coarse, explained, graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.tables import decibels, number
 from quadstep.metrics.registry import SOUND
@@ -27,8 +27,8 @@ MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, Callable[[Margins],
     (PHASE, lambda one: one.phase, True, lambda one: number(math.degrees(one.phase))),
     ("delay [ms]", lambda one: one.delay, True, lambda one: number(1e3 * one.delay)),
     ("disk", lambda one: one.disk, True, lambda one: f"{one.disk:.2f}"),
-    ("S", lambda one: one.sensitivity, False, lambda one: f"{one.sensitivity:.2f}"),
-    ("T", lambda one: one.complementary, False, lambda one: f"{one.complementary:.2f}"),
+    ("peak of S", lambda one: one.sensitivity, False, lambda one: f"{one.sensitivity:.2f}"),
+    ("peak of T", lambda one: one.complementary, False, lambda one: f"{one.complementary:.2f}"),
 )
 """Name, value, whether smaller is worse, and the value as text."""
 
@@ -52,7 +52,12 @@ class LeastMargin(NamedTuple):
 def by_channel(analysis: Analysis) -> tuple[list[str], list[list[str]]]:
     """Header and rows of a table: each margin of each channel."""
     header = ["", *(channel.name for channel in analysis.channels)]
-    return header, [[title, *map(text, analysis.margins)] for title, _, _, text in MEASURES]
+    return header, [[title, *(shown(text(one), analysis) for one in analysis.margins)] for title, _, _, text in MEASURES]
+
+
+def shown(text: str, analysis: Analysis) -> str:
+    """A margin in the digits that do not depend on what was tried."""
+    return coarse(text) if analysis.kinked else text
 
 
 def finding(analysis: Analysis, but: str = "") -> str:
@@ -100,7 +105,7 @@ def cells(one: Analysis) -> list[str]:
     pole = ", ".join([f"{one.poles[0].real:.3g}", *(f"{name} not held" for name in one.not_held)])
     if not one.stable:
         return [graded(one).word, pole, *["-"] * 5]
-    return [graded(one).word, pole, *(text(least(one.margins)) for _, _, _, text in MEASURES[:5])]
+    return [graded(one).word, pole, *(shown(text(least(one.margins)), one) for _, _, _, text in MEASURES[:5])]
 
 
 def refused(loops: Loops) -> list[str]:
@@ -122,13 +127,13 @@ def worst(loops: Loops) -> list[LeastMargin]:
     made = []
     for title, value, less, text in MEASURES:
         every = [
-            (value(margins), name, channel.name, margins)
+            (value(margins), name, channel.name, shown(text(margins), one))
             for name, one in stable(loops)
             for channel, margins in zip(one.channels, one.margins, strict=True)
         ]
         if every:
             best = (min if less else max)(every, key=lambda one: float(f"{one[0]:.6g}"))  # the first of equals
-            made.append(LeastMargin(title, text(best[3]), best[2], best[1]))
+            made.append(LeastMargin(title, best[3], best[2], best[1]))
     return made
 
 

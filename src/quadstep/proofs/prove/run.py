@@ -215,17 +215,21 @@ def still_open(
     return ProofVerdict(name, VerdictKind.OPEN, rows, says)
 
 
+OF_STATES = "one for each state of vehicle and law; `linear` also counts held commands"
+ELSEWHERE = "At the path's start, which `fly` and `linear` judge, errors grow at another rate, as the nets act by place."
+
+
 def unstable(mission: Mission, plan: FlightPlan, at: Hover, growth: Instability) -> ProofVerdict:
     """The verdict that hover is not a stable equilibrium."""
-    place = ", ".join(f"{one:g}" for one in at.position)
+    place, nets = ", ".join(f"{one:g}" for one in at.position), mission.controller.table
     says = [
         f"hover at the path's end, ({place}) m, is proved unstable. Flights that begin near it do not all stay near it. "
         "This holds for the law in exact arithmetic.",
         *consequence(plan),
-        "`fly` and `linear` judge rest where the path begins, where a deviation may grow at another rate.",
+        *([ELSEWHERE] if nets and nets.enabled else []),
     ]
     cards = [
-        Fact("eigenvalues outside the unit circle", f"{growth.unstable} of {growth.states}", "hover is an exact equilibrium"),
+        Fact("eigenvalues outside the unit circle", f"{growth.unstable} of {growth.states}", OF_STATES),
         Fact(
             "growth of the fastest error",
             f"{rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s",
