@@ -173,7 +173,7 @@ def test_unstable_hover_has_its_cards_and_a_flight_that_leaves_it(tmp_path):
         "one for each state of vehicle and law; linear also counts held commands",
         "it doubles every 0.322 s",
     ]
-    assert "errors grow at another rate, as the nets act by place." in text
+    assert "errors grow at another rate: the nets act by place." in text
     far, *_ = re.findall(r"a flight that begins 1 mm from that hover along each axis: ([\d.]+) m at", text)
     assert float(far) > 95.0  # flown until it is beyond the limit of 100 m
 

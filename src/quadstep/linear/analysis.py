@@ -102,8 +102,12 @@ class Analysis(NamedTuple):
 
     @property
     def kinked(self) -> bool:
-        """Whether its margins depend on the sides and states that were tried, which are not all alike then."""
+        """Whether its margins depend on the sides and states that were tried."""
         return bool(self.near) or "different" in self.tried
+
+    def cut(self, text: str) -> str:
+        """A margin without the last digit where that depends on what was tried: "6" for 6.4 dB."""
+        return text[:-1].removesuffix(".") if self.kinked and text != "none" else text
 
     @property
     def stable(self) -> bool:
@@ -137,9 +141,8 @@ def analyse_rest(mission: Mission) -> RestAnalysis:
 
 def with_place(analysis: Analysis, mission: Mission, rests: list[Rest]) -> Analysis:
     """With where its loops rest, what was tried about it, and whether the mission has events."""
-    near, tried, later = rests[0].near, rests[0].tried, rests[0].later
-    off, events = max(map(aside, rests)), bool(getattr(mission, "events", ()))
-    return analysis._replace(aside=off, eventful=events, near=near, tried=tried, later=later)
+    off, events, one = max(map(aside, rests)), bool(getattr(mission, "events", ())), rests[0]
+    return analysis._replace(aside=off, eventful=events, near=one.near, tried=one.tried, later=one.later)
 
 
 def limits(mission: Mission) -> MarginLimits:

@@ -39,9 +39,7 @@ RISES, FALLS = "if the gain rises", "if the gain falls"
 
 
 class Measure(NamedTuple):
-    """A margin as it is graded: where it is least, and what is asked. channel: with the way of a gain. scale: from SI.
-    kinked: see `Analysis`.
-    """
+    """A margin as it is graded: where it is least, and what is asked. channel: with the way of a gain. scale: from SI."""
 
     what: str
     value: float
@@ -49,13 +47,7 @@ class Measure(NamedTuple):
     channel: str
     scale: float
     unit: str
-    kinked: bool = False
-
-    @property
-    def words(self) -> str:
-        """Its value, in digits that do not depend on what was tried."""
-        text = self.text(self.value).removesuffix(self.unit)
-        return f"{coarse(text) if self.kinked else text}{self.unit if math.isfinite(self.value) else ''}"
+    words: str = ""
 
     @property
     def met(self) -> bool:
@@ -85,11 +77,6 @@ through rounding: of equal ones the first is named, on every machine.
 """
 
 WORST_FIRST = UNSTABLE, NO_REST, UNKNOWN, FRAGILE, SOUND
-
-
-def coarse(text: str) -> str:
-    """A margin without its last digit: "6" for 6.4 dB, and "none" as it is."""
-    return text if text == "none" else text[:-1].removesuffix(".")
 
 
 def graded(analysis: Analysis) -> Grade:
@@ -126,7 +113,8 @@ def least_of(analysis: Analysis) -> tuple[Measure, ...]:
         smallest = min((value for value, _ in every), default=math.inf)
         alike = (pair for pair in every if pair[0] <= smallest + SAME * abs(smallest))
         value, channel = next(alike, (math.inf, ""))
-        return Measure(what, value, bound, channel, scale, unit, analysis.kinked)
+        text = (one := Measure(what, value, bound, channel, scale, unit)).text(value)
+        return one._replace(words=analysis.cut(text.removesuffix(unit)) + unit * text.endswith(unit))
 
     return (
         least("gain", analysis.limits.gain, 1.0, " dB", (RISES, lambda one: one.up), (FALLS, lambda one: one.down)),
@@ -285,7 +273,7 @@ def whole_grade(mission: Mission) -> Grade:
     except UserError as error:
         return grade_of_refusal(error)
     found = cached("whole grade", mission, plans, lambda: grade(mission))
-    word, why, measures = cast("tuple[str, str, list[tuple[str, float, float, str, float, str, bool]]]", found)
+    word, why, measures = cast("tuple[str, str, list[tuple[str, float, float, str, float, str, str]]]", found)
     return Grade(word, why, tuple(Measure(*one) for one in measures))
 
 

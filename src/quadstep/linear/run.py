@@ -204,7 +204,7 @@ def with_limit(fact: markup.Fact, analysis: Analysis) -> markup.Fact:
     needed = [f"a sound loop has at least {one.text(one.limit)}" if one.limit else "no limit applies" for one in asked]
     if fact.what == worst.DISK and (d := min(one.disk for one in analysis.margins)) < 2.0:
         both = decibels((2.0 + d) / (2.0 - d)), tables.number(math.degrees(2.0 * math.atan(0.5 * d)))
-        gain, angle = (worst.shown(one, analysis) for one in both)
+        gain, angle = map(analysis.cut, both)
         needed.append(f"allows a gain of {gain} dB up or down, a phase of {angle}°, and less of both together")
     short = any(not one.met for one in asked)
     return fact._replace(more="; ".join(filter(None, (fact.more, *needed))), kind="fair" * short)
@@ -214,7 +214,7 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     """What to see in each figure."""
     pairs = list(zip(analysis.channels, analysis.margins, strict=False))
     phase = pairs[least_phase(analysis)]
-    least = worst.shown(tables.number(math.degrees(phase[1].phase)), analysis)
+    least = analysis.cut(tables.number(math.degrees(phase[1].phase)))
     near = max(pairs, key=lambda pair: pair[1].sensitivity)
     over, late = max(moves, key=lambda one: one.overshoot), max(moves, key=lambda one: one.settling)
     settled = f"the last to settle is {late.name}: within 2 % after {late.settling:.3g} s"
@@ -225,24 +225,17 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
         "smallest gain margin, which is read where the phase crosses −180° or −540°; dots mark their "
         "frequencies in the other panel.",
         "step": "The path steps by 1 along one axis at a time. The largest overshoot is that of "
-        f"{over.name}, {100.0 * over.overshoot:.1f} %; {settled if math.isfinite(late.settling) else never}."
-        f"{off_the_step(moves)}",
+        f"{over.name}, {100.0 * over.overshoot:.1f} %; {settled if math.isfinite(late.settling) else never}.",
         "nyquist": "The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. On the grey circle, "
         "|L| is 1: the angle there between a curve and −1 is its phase margin. The nearest to −1 is "
-        f"{near[0].name}, at a distance of {1.0 / near[1].sensitivity:.2g}: disturbances are amplified "
-        f"{near[1].sensitivity:.3g} times there.",
+        f"{near[0].name}, at a distance of {analysis.cut(f'{1.0 / near[1].sensitivity:.2f}')}: disturbances are amplified "
+        f"{analysis.cut(f'{near[1].sensitivity:.2f}')} times there.",
     }
 
 
 def least_phase(analysis: Analysis) -> int:
     """The place of the channel with the least phase margin, the first of those that are equal."""
     return min(range(len(analysis.margins)), key=lambda i: float(f"{analysis.margins[i].phase:.6g}"))
-
-
-def off_the_step(moves: list[StepResponse]) -> str:
-    """Which responses rest elsewhere than at the step, after a blank."""
-    off = {one.name: one.rest for one in moves if f"{one.rest:.3g}" != "1"}
-    return "".join(f" {name[0].upper()}{name[1:]} rests at {rest:.3g}, not at 1." for name, rest in off.items())
 
 
 def turned(moves: list[StepResponse], mission: Mission) -> list[str]:

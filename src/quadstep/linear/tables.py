@@ -28,9 +28,7 @@ METHOD = (
     "margin of d allows all complex factors (1 + δ/2)/(1 − δ/2) with |δ| < d, among them gains "
     "up to (2 + d)/(2 − d) and phases up to 2 arctan(d/2)."
 )
-PEAKS = (
-    "S is the factor by which the loop amplifies a disturbance, T that of measurement noise; peaks well above 2 are a warning."
-)
+PEAKS = "S is the factor by which disturbances are amplified, T that of measurement noise; peaks far above 2 are a warning."
 ONE = " Curves, poles and steps show one of them."
 DIGITS = ", without the digits that depend on this choice"
 BENT = "The law has a kink at rest, so margins are the worst of {}." + ONE
@@ -203,9 +201,10 @@ def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
 def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
     """The phase margins where curves cross 0 dB, and the gain margins where they cross -180°, each with its number."""
     marks: list[tuple[Axes, int, float, float, float, str]] = []
+    less = 0.0 if shown.digits else 0.4999  # digits are cut
     for place, degrees, at in shown.phases:
         turned = np.array(np.interp(at, shown.omega, np.asarray(below.lines[place].get_ydata())))
-        marks.append((below, place, at, float(whole_turns(turned)), float(turned), f"{floored(degrees, shown)}°"))
+        marks.append((below, place, at, float(whole_turns(turned)), float(turned), f"{degrees - less:.{shown.digits}f}°"))
         above.plot([at], [0.0], "o", markersize=4, color=above.lines[place].get_color())
     for place, gain in shown.gains:
         size, phase = (np.asarray(axes.lines[place].get_ydata()) for axes in (above, below))
@@ -213,7 +212,7 @@ def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
         found = np.flatnonzero((off[:-1] * off[1:] <= 0.0) & (np.abs(off[:-1] - off[1:]) < 90.0))
         near = int(min(found, key=lambda k: abs(size[k] + gain), default=-1))
         if near >= 0 and abs(size[near] + gain) < NEAR_ENOUGH:
-            marks.append((above, place, shown.omega[near], 0.0, -gain, f"{floored(abs(gain), shown)} dB"))
+            marks.append((above, place, shown.omega[near], 0.0, -gain, f"{abs(gain) - less:.{shown.digits}f} dB"))
             below.plot(
                 [shown.omega[near]], [whole_turns(phase[near])], "o", markersize=4, color=below.lines[place].get_color()
             )
@@ -223,11 +222,6 @@ def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
     taken += [axes.transData.transform([(end, line) for end in axes.get_xlim()]) for axes, _, _, line, *_ in marks]
     for axes, place, at, *ends, text in marks:
         taken.append(label(axes, place, at, 0.5 * sum(ends), text, taken))
-
-
-def floored(value: float, shown: OpenLoop) -> str:
-    """A margin in the digits that are shown, cut where they are none."""
-    return f"{value:.1f}" if shown.digits else f"{math.floor(float(f'{value:.1f}'))}"
 
 
 def whole_turns(phase: Array) -> Array:

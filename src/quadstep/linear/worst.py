@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from quadstep.linear.analysis import Analysis, least
-from quadstep.linear.grade import FALLS, FRAGILE, RISES, UNKNOWN, UNSTABLE, coarse, explained, graded
+from quadstep.linear.grade import FALLS, FRAGILE, RISES, UNKNOWN, UNSTABLE, explained, graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.tables import decibels, number
 from quadstep.metrics.registry import SOUND
@@ -52,12 +52,7 @@ class LeastMargin(NamedTuple):
 def by_channel(analysis: Analysis) -> tuple[list[str], list[list[str]]]:
     """Header and rows of a table: each margin of each channel."""
     header = ["", *(channel.name for channel in analysis.channels)]
-    return header, [[title, *(shown(text(one), analysis) for one in analysis.margins)] for title, _, _, text in MEASURES]
-
-
-def shown(text: str, analysis: Analysis) -> str:
-    """A margin in the digits that do not depend on what was tried."""
-    return coarse(text) if analysis.kinked else text
+    return header, [[title, *(analysis.cut(text(one)) for one in analysis.margins)] for title, _, _, text in MEASURES]
 
 
 def finding(analysis: Analysis, but: str = "") -> str:
@@ -105,7 +100,7 @@ def cells(one: Analysis) -> list[str]:
     pole = ", ".join([f"{one.poles[0].real:.3g}", *(f"{name} not held" for name in one.not_held)])
     if not one.stable:
         return [graded(one).word, pole, *["-"] * 5]
-    return [graded(one).word, pole, *(shown(text(least(one.margins)), one) for _, _, _, text in MEASURES[:5])]
+    return [graded(one).word, pole, *(one.cut(text(least(one.margins))) for _, _, _, text in MEASURES[:5])]
 
 
 def refused(loops: Loops) -> list[str]:
@@ -127,7 +122,7 @@ def worst(loops: Loops) -> list[LeastMargin]:
     made = []
     for title, value, less, text in MEASURES:
         every = [
-            (value(margins), name, channel.name, shown(text(margins), one))
+            (value(margins), name, channel.name, one.cut(text(margins)))
             for name, one in stable(loops)
             for channel, margins in zip(one.channels, one.margins, strict=True)
         ]

@@ -143,12 +143,7 @@ def distance_when_lost(log: FlightLog) -> markup.Fact:
     last = float(log.column("t")[-1])
     off = units.quantity(float(np.linalg.norm(position_errors(log)[-1])), "m")
     when = f"in the log's last row, {log.ended - last:.2g}\u00a0s before the loss"
-    return markup.Fact(f"distance from the path {at_last(last)}", off, when)
-
-
-def at_last(last: float) -> str:
-    """When the log of a lost flight ends [s]."""
-    return f"at {last:.4g}\u00a0s"
+    return markup.Fact(f"distance from the path at {last:.4g}\u00a0s", off, when)
 
 
 def worst(log: FlightLog, since: float, moments: Sequence[EventMark] = ()) -> str:
@@ -246,4 +241,4 @@ def error_table(metrics: Metrics, log: FlightLog) -> tuple[Sequence[str], list[l
                 unit, factor = units.suited(base, max(values))
             written = (units.number(factor * value) if math.isfinite(value) else "–" for value in values)
             rows.append([SPOKEN.get(axis, axis), *written, unit])
-    return (*HEADER[:1], HEADER[2], at_last(log.column("t")[-1]), HEADER[-1]) if lost and rows else HEADER, rows
+    return (*HEADER[:1], HEADER[2], f"at {log.column('t')[-1]:.4g}\u00a0s", HEADER[-1]) if lost and rows else HEADER, rows

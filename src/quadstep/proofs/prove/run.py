@@ -215,21 +215,19 @@ def still_open(
     return ProofVerdict(name, VerdictKind.OPEN, rows, says)
 
 
-OF_STATES = "one for each state of vehicle and law; `linear` also counts held commands"
-ELSEWHERE = "At the path's start, which `fly` and `linear` judge, errors grow at another rate, as the nets act by place."
-
-
 def unstable(mission: Mission, plan: FlightPlan, at: Hover, growth: Instability) -> ProofVerdict:
     """The verdict that hover is not a stable equilibrium."""
+    more = "one for each state of vehicle and law; `linear` also counts held commands"
     place, nets = ", ".join(f"{one:g}" for one in at.position), mission.controller.table
     says = [
         f"hover at the path's end, ({place}) m, is proved unstable. Flights that begin near it do not all stay near it. "
         "This holds for the law in exact arithmetic.",
         *consequence(plan),
-        *([ELSEWHERE] if nets and nets.enabled else []),
     ]
+    if nets and nets.enabled:
+        says.append("At the path's start, which `fly` and `linear` judge, errors grow at another rate: the nets act by place.")
     cards = [
-        Fact("eigenvalues outside the unit circle", f"{growth.unstable} of {growth.states}", OF_STATES),
+        Fact("eigenvalues outside the unit circle", f"{growth.unstable} of {growth.states}", more),
         Fact(
             "growth of the fastest error",
             f"{rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s",
