@@ -72,7 +72,7 @@ def of_case_2(log: FlightLog) -> dict[int, tuple[list[Panel], list[str]]]:
 
 
 ROLL_AND_PITCH = ("phi", "theta")
-SOON = 10.0
+SOON = 4.0
 """Until when the inputs of Case 3 are drawn [s]: later they hardly change."""
 
 BOTH = ("the paper", "[11]")
