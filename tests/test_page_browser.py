@@ -200,6 +200,15 @@ def test_slider_flies_again(open_page):
     np.testing.assert_array_equal(rows(page), before)
 
 
+def test_without_javascript_nothing_is_shown_but_that_it_is_needed(open_page, page_file):
+    bare = open_page().context.browser.new_page(java_script_enabled=False)
+    bare.goto(page_file.as_uri())
+    assert bare.locator("body").inner_text().strip() == (
+        "This page flies in your browser: it needs JavaScript, which is switched off here."
+    )
+    bare.close()
+
+
 @pytest.fixture(scope="module")
 def noted_file(tmp_path_factory):
     """A fragile flight with a text and claims beside it, as the paper's have."""
