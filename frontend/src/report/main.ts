@@ -56,9 +56,8 @@ function listen(drawn: HTMLElement, axes: string): void {
     const right = event.clientX - box.left > 0.6 * box.width;
     said.style.left = right ? "" : `${event.clientX - box.left + 16}px`;
     said.style.right = right ? `${box.right - event.clientX + 16}px` : "";
-    const [x, y] = panel.told.box;
-    const above = new DOMPoint(x, y).matrixTransform(panel.svg.getScreenCTM()!).y;
-    said.style.top = `${(panel.over ? above - said.offsetHeight - 4 : event.clientY + 12) - box.top}px`; // covers no curve
+    const above = Math.max(4 - box.top, 4 - said.offsetHeight); // the figure, or at the top of the window, so that it hides no peak
+    said.style.top = `${panel.over ? above : event.clientY + 12 - box.top}px`;
     if (!from) return;
     const [left, top, width, height] = panel.told.box;
     const to = Math.min(Math.max(at.x, left), left + width);
