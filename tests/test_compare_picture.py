@@ -17,7 +17,7 @@ from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, Entrant, SituationResult
 from quadstep.studies.comparison.picture import MANY, draw_vehicle, square_text
 from quadstep.studies.comparison.ranking import Effort, Pair, Ranked, Spread
-from quadstep.studies.comparison.report import facts
+from quadstep.studies.comparison.report import facts, medians
 from quadstep.studies.comparison.robustness import Linear, rows, unlinearised
 from quadstep.studies.comparison.tables import cell_rows, latex_tables, marks, matrix
 from quadstep.studies.comparison.training import Trained
@@ -254,6 +254,14 @@ def test_where_errors_are_large_is_drawn_and_said_where_all_flights_agree_on_it(
         limit(found, "crazyflie") == " An error is large above 12.3 mm: 10 % of that of a vehicle that never leaves its start."
     )
     assert limit(found._replace(limits={}), "crazyflie") == ""
+
+
+def test_the_table_of_medians_has_rows_for_whichever_are_more():
+    few = comparison(2)
+    both, wide = elsewhere(few), elsewhere(comparison(3))
+    assert [len(medians(one, [], "crazyflie").rows) for one in (few, both, wide)] == [2, 2, 3]
+    assert [row[0] for row in medians(wide, [], "crazyflie").rows] == wide.controllers
+    assert "law 0" in medians(both, [], "crazyflie").header, "of as many, situations"
 
 
 def test_what_is_the_same_in_all_situations_stands_in_no_row():
