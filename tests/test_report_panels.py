@@ -102,6 +102,13 @@ def test_captions_say_where_a_flight_is_worst():
     assert said.startswith("The largest thrust, u, is 9.00 N, at 4 s. The largest torque, tau_theta, is −0.242 N m, at 1 s.")
 
 
+def test_a_flight_without_an_error_is_not_farthest_anywhere():
+    columns = {"t": "s", **dict.fromkeys(("x", "y", "z", "x_d", "y_d", "z_d"), "m")}
+    log = FlightLog(columns, np.array([[0.0] * 7, [1.0, *[0.0] * 6]]), Outcome.COMPLETED, 1.0, None)
+    path, position = flight_jobs(log, "A flight")[:2]
+    assert (path.caption, position.caption) == ("The vehicle never leaves its path.", "No axis has an error.")
+
+
 def test_a_path_that_leaves_its_picture_says_so():
     t = np.linspace(0.0, 4.0, 401)
     columns = {"t": "s", **dict.fromkeys(("x", "y", "z", "x_d", "y_d", "z_d"), "m")}

@@ -52,6 +52,7 @@ def of_path(log: FlightLog, track: Track) -> str:
     if lost and distance[-1] > near:
         since = int(np.flatnonzero(np.append(True, distance <= near))[-1])
         said = f"The vehicle is more than {quantity(near, 'm')} from its path from {at(t, since)} on"
+    said = said if distance[worst] else "The vehicle never leaves its path"
     if not track.views:
         return f"{said}."
     crossed = any(not {"xyz"[one] for one in pair} & {*track.beyond} for pair in track.views)
@@ -66,7 +67,11 @@ def of_position(log: FlightLog) -> str:
     worst = [int(np.abs(errors[:, i]).argmax()) for i in range(len(axes))]
     sizes = [abs(float(errors[place, i])) for i, place in enumerate(worst)]
     i = int(np.argmax(sizes))
-    return f"The largest error along one axis is that along {axes[i]}, {quantity(sizes[i], 'm')} at {at(t, worst[i])}."
+    return (
+        "No axis has an error."
+        if not sizes[i]
+        else f"The largest error along one axis is that along {axes[i]}, {quantity(sizes[i], 'm')} at {at(t, worst[i])}."
+    )
 
 
 def in_view(log: FlightLog, track: Track) -> tuple[FlightLog, str]:
