@@ -56,11 +56,10 @@ def write_report(
     places = [("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")]
     sections: list[Section] = [markup.links(places)]
     if "position" in metrics:
-        said = f"{size}Counted{counted}. " if counted else size
         header, rows = error_table(metrics, log)
         if isinstance(rms := metrics.get("heading_error[rad]"), float) and "attitude" not in metrics:  # whose rows have it
             rows.append(heading_row(LoggedFlight(log, mission.scored_from), rms))
-        sections.append(TableSection("Errors", "errors", header, rows, said + ("" if seen else off)))
+        sections.append(TableSection("Errors", "errors", header, rows, size + ("" if seen else off)))
     if drawn[IN_SUMMARY:]:
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]
     keys = json.dumps(in_degrees(mission, mission.model_dump(mode="json", exclude_none=True)), indent=2, ensure_ascii=False)
