@@ -84,7 +84,7 @@ def test_a_lower_gain_is_less_busy_and_a_faster_loop_rises_sooner(tmp_path):
 
 
 def test_a_step_is_drawn_where_before_and_after_are_seen_apart():
-    """A rate that differs for a tenth of a second, and a position that follows slowly and never by a visible amount."""
+    """A rate that differs for a tenth of a second, and a position that follows slowly and hardly differs."""
     t = np.arange(0.0, 8.0, 0.01)
     still, pulse = np.zeros_like(t), np.exp(-(((t - 1.1) / 0.03) ** 2))
 

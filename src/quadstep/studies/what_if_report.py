@@ -70,10 +70,10 @@ def picture(before: FlightLog, after: FlightLog) -> FigureJob:
         along = [[turn * one.column(name)[:count] for one in (before, after)] for name in names]
         drawn = [Panel(name, unit, dict(zip(SIDES, pair, strict=True))) for name, pair in zip(names, along, strict=True)]
         panels.append(max(drawn, key=lambda one: float(apart(one).max())))
-    several = [apart(one) > 0.02 * np.ptp([*one.lines.values()]) for one in panels]
+    several = [apart(one) > 0.04 * np.ptp([*one.lines.values()]) for one in panels]
     panels = [one for one, two in zip(panels, several, strict=True) if two.any()] or panels
     seen = np.flatnonzero(np.any(several, axis=0))
-    around = max(20, np.ptp(seen) // 4) if len(seen) else 0
+    around = max(20, np.ptp(seen) // 8) if len(seen) else 0
     shown = slice(max(0, seen[0] - around), seen[-1] + around) if len(seen) else slice(None)
     kept = [one._replace(lines={side: line[shown] for side, line in one.lines.items()}) for one in panels]
     columns = 2 if len(kept) == 2 else 1
