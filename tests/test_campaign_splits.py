@@ -74,38 +74,30 @@ def test_the_counts_that_are_told_are_those_of_the_flights():
     assert seen == {("mean wind along x", False), ("nets", False), ("vehicle mass", True)}
 
 
-def test_what_is_said_of_the_best_choice_and_of_its_lost_flights_is_counted_whatever_the_campaign():
-    """And that a larger share is lost there is said wherever one is, and nowhere else: of all flights, or of those that all
-    lost ones are among."""
+def test_what_is_said_of_the_best_choice_is_counted_whatever_the_campaign():
+    """And where another value does better is said where it clearly does, nowhere else; the range is that of the finding."""
     random, seen = np.random.default_rng(7), set()
-    for _ in range(120):
-        columns = drawn(random, int(random.integers(200, 2000)))
-        nets = columns["controller.nets.enabled"].values
-        failed = random.random(len(nets)) < random.choice([0.02, 0.3, 0.8], 2)[nets]
-        lost = failed & (random.random(len(nets)) < random.choice([0.0, 0.1, 0.9], 2)[nets])
-        wind = columns["wind.mean.0"].values
-        lost &= wind > random.choice([-9.0, 7.0])
-        said = findings(failed, {"lost flights": lost}, columns, UNITS)[0].replace("\N{NO-BREAK SPACE}", " ")
+    for turn in range(120):
+        columns = drawn(random, int(random.integers(500, 2000)))
+        nets, wind = columns["controller.nets.enabled"].values, columns["wind.mean.0"].values
+        often = random.choice([0.02, 0.3, 0.8], 2)[nets]
+        failed = random.random(len(nets)) < (often if turn % 2 else np.where(nets == 1, 0.2, 0.9 * (wind > 8.0)))
+        said, more = findings(failed, {"lost flights": failed}, columns, UNITS)
+        said, more = said.replace("\N{NO-BREAK SPACE}", " "), " ".join(more).replace("\N{NO-BREAK SPACE}", " ")
         if not said:
             continue
         best, other = ((nets == ["on", "off"].index(one)) for one in re.findall(r"with nets (on|off)", said)[:2])
-        rates = [
-            (units.percent(1.0 - failed[some].mean()).replace("\N{NO-BREAK SPACE}", " "), some.sum()) for some in (best, other)
-        ]
+        told = re.search(r" But where the mean wind along x is (.*?), it is ", said)
+        where = inside(wind, told[1]) if told else np.ones(len(nets), bool)
+        parts = [best, other, best & where, other & where][: 4 if told else 2]
+        rates = [(units.percent(1.0 - failed[some].mean()).replace("\N{NO-BREAK SPACE}", " "), some.sum()) for some in parts]
         assert [(one, int(size)) for one, size in re.findall(r"([\d.]+ %) of (\d+)", said)] == rates
         assert failed[best].mean() <= failed[other].mean()
-        told = re.search(
-            r", but(?: with a mean wind along x of at least ([\d.]+) m/s)? a larger share is lost with nets (on|off): "
-            r"(\d+) of (\d+), against (\d+) of (\d+) with nets (on|off)\.$", said
-        )  # fmt: skip
-        assert bool(told) == (lost[best].mean() > lost[other].mean())
         if told:
-            among = wind >= float(told[1] or -np.inf) - 1e-9
-            (few, of), (many, rest) = ((int((lost & some & among).sum()), int((some & among).sum())) for some in (best, other))
-            assert [int(told[one]) for one in (3, 4, 5, 6)] == [few, of, many, rest] and few * rest > many * of
-            assert few + many == lost.sum() and told[2] != told[7] and said.count(f"nets {told[2]}") == 2
-        seen.add((bool(told), bool(told and told[1])))
-    assert seen == {(True, True), (True, False), (False, False)}
+            assert failed[best & where].mean() > failed[other & where].mean() + 0.03
+            assert told[1] in more, "one range, told twice alike"
+        seen.add((turn % 2, bool(told)))
+    assert {(0, True), (1, False)} <= seen <= {(0, True), (0, False), (1, False)}
 
 
 def test_a_finding_has_the_keys_that_it_is_of_also_where_the_words_of_one_key_are_in_those_of_another():
@@ -166,16 +158,3 @@ def test_another_key_is_told_beside_the_first_within_a_value_of_a_choice():
     good = units.percent(1.0 - failed.sum() / (nets == 1).sum())
     on, off = (nets == 0).sum(), (nets == 1).sum()
     assert by == f"100 % of {on} flights succeeded with nets on, {good} of {off} with nets off."
-
-
-def test_lost_flights_are_told_apart_where_the_value_with_most_successes_has_more_of_them():
-    """Of 10 000 flights with nets on 1 % are lost, of those without 10 % are above a limit and as many, or fewer, are lost."""
-    columns = drawn(np.random.default_rng(2), 20_000)
-    nets, chance = columns["controller.nets.enabled"].values, np.random.default_rng(7).random(20_000)
-    for off in (0.0, 0.004, 0.1):
-        lost = chance < np.where(nets == 0, 0.01, off)
-        failed = lost | ((nets == 1) & (chance > 0.9))
-        by, _ = findings(failed, {"flights above a limit": failed & ~lost, "lost flights": lost}, columns, UNITS)
-        on, without = (f"{(lost & (nets == i)).sum()} of {(nets == i).sum()}" for i in (0, 1))
-        said = f", but a larger share is lost with nets on: {on}, against {without} with nets off."
-        assert by.endswith(said) == (off < 0.01) and ("lost" in by) == (off < 0.01)

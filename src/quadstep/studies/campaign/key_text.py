@@ -53,14 +53,13 @@ def ranking(
 
 
 def keys(count: int, most: int) -> TableSection:
-    text = "Flights are grouped by value, or into ranges of equal width (those at the ends are merged until they have 20)."
+    text = "Flights are grouped by value, or into ranges (horizontal bars) of equal width; those at the ends have at least 20."
     if count > most:
         text += f" These are the {most} of {count} keys that explain most; the others are in the flight files."
-    return TableSection("Individual keys", "keys", text=text)
+    return TableSection("One quantity at a time", "keys", text=text)
 
 
-def over_key(key: str, said: Sequence[str], statistical: bool) -> str:
-    """What to see of the flights over a key. said: of their failures, nothing if chance explains these."""
-    none = f"No range of {words(key)} was found in which more flights fail than chance explains."
-    found = " ".join(said) or (none if statistical else f"The flights over {words(key)}.")
+def over_key(key: str, said: Sequence[str]) -> str:
+    """What to see of the flights over a key. said: of their failures, if anything is known."""
+    found = " ".join(said) or f"The flights over {words(key)}."
     return f"{found[0].upper()}{found[1:]}"

@@ -239,7 +239,7 @@ def key_sections(
         }
         drawn[key] = PlottedKey(label(campaign.mission, key), cut, lines, (metric.name, metric.limit))
         draw_keys(of.folder / name, [drawn[key]], of.sheet)
-        shown[key] = figure(name, key_text.over_key(key, text.of_key(findings, key), of.summary.statistical))
+        shown[key] = figure(name, key_text.over_key(key, text.of_key(findings, key)))
     at_top = [key for key in at_top if key in drawn]
     tops = [shown.pop(key) for key in at_top if len(at_top) == 1]
     if at_top and not tops:

@@ -23,7 +23,6 @@ from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.varied import OFF, ON, VariedKey
 
-LOST = "lost flights"
 Flights = NDArray[np.bool_]
 Findings = dict[str, tuple[str, ...]]
 """Sentences, each with the keys that it names; the first is the one that it is of."""
@@ -65,7 +64,7 @@ class Split(NamedTuple):
     """Flights by a key. bands: failures and flights of each range or value, and what it is called; score: how much better they
     explain who fails than one share does, less what chance may do; above 0 where they differ by more than chance. within: the
     choice and the one of its values with which these flights are; none for all flights. choice: whether the bands are values.
-    about: the value from which distances are the bands.
+    about: the value from which distances are the bands. worst: the flights, of all, of the range in which most fail.
     """
 
     key: str
@@ -74,6 +73,7 @@ class Split(NamedTuple):
     within: tuple[str, ...] = ()
     choice: bool = False
     about: str = ""
+    worst: tuple[Flights, str] | None = None
 
     @property
     def sentence(self) -> str:
@@ -92,30 +92,33 @@ class Split(NamedTuple):
         shares = [hit / size for hit, size, _ in self.bands]
         return max(shares) < min(1.5 * min(shares), 0.1 + min(shares))
 
-    def successes(self, lost: Flights, values: Sequence[str], places: NDArray[np.float64], common: "Common | None") -> str:
-        """Of each value of a choice the share of flights that succeed, and that a larger share is lost with the best value, if
-        it is; nothing where there are many values. places: of each flight's value; common: what all lost flights are among.
+    def successes(self, failed: Flights, values: Sequence[str], places: NDArray[np.float64], inner: Sequence["Split"]) -> str:
+        """Of each value of a choice the share of flights that succeed, and where the best one's is lower than another's by
+        more than either's interval; nothing where there are many values. places: of each flight's value; inner: within these.
         """
         if not self.choice or len(self.bands) > BANDS:
             return ""
+        apart = {f"with {with_option(self.key, one)}": places == i for i, one in enumerate(values)}
         best = sorted((share(size - hit, size), size, text) for hit, size, text in self.bands)[::-1]
-        said = [f"{units.percent(good.value)} of {size} flights succeeded {text}" for good, size, text in best]
-        said[1:] = [one.replace(" flights succeeded", "") for one in said[1:]]
-        here = next(places == i for i, value in enumerate(values) if best[0][2] == f"with {with_option(self.key, value)}")
-        if lost.any() and lost[here].mean() > lost.mean():
-            narrow = common if common and lost[here & common.flights].mean() > lost[common.flights].mean() else None
-            among, where = (narrow.flights, f" with {narrow.text}") if narrow else (np.ones(len(lost), bool), "")
-            one, many = (f"{lost[some].sum()} of {some.sum()}" for some in (here & among, ~here & among))
-            other = best[1][2] if len(best) == len(values) == 2 else "otherwise"
-            said[-1] += f", but{where} a larger share is lost {best[0][2]}: {one}, against {many} {other}"
-        return f"{', '.join(said)}."
+        said = ", ".join(f"{units.percent(good.value)} of {size} flights succeeded {text}" for good, size, text in best)
+        said = said.replace(" flights succeeded", "").replace(" with", " flights succeeded with", 1)
+        for where, range_text in (
+            one.worst for one in inner if one.worst and f"with {with_option(*one.within)}" == best[0][2]
+        ):
+            counted = [(text, where & apart[text]) for *_, text in best if (where & apart[text]).any()]
+            there = [share(int((some & ~failed).sum()), int(some.sum())) for _, some in counted]
+            if there[0].high < max(there).value and there[0].value < max(there).low:
+                rates = zip(there, counted, strict=True)
+                told = ", ".join(f"{units.percent(good.value)} of {some.sum()} {text}" for good, (text, some) in rates)
+                return f"{said}. But where {range_text}, it is {told}."
+        return f"{said}."
 
 
 def failures_go_with(store: Store, campaign: Campaign, columns: Mapping[str, VariedKey]) -> tuple[str, Findings]:
     """`findings` of a campaign's flights."""
     flown = store.read([OUTCOME, SUCCESS])
     failed, early = ~flown[SUCCESS].to_numpy(), pc.not_equal(flown[OUTCOME].cast("string"), OUTCOMES[0]).to_numpy()
-    kinds = {"flights above a limit": failed & ~early, LOST: early}
+    kinds = {"flights above a limit": failed & ~early, "lost flights": early}
     nominal = {key: value_at(campaign.mission, key) for key in columns}
     return findings(failed, kinds, columns, {key: unit(campaign.mission, key) for key in columns}, nominal)
 
@@ -140,11 +143,9 @@ def findings(
     said = {one.sentence: (one.key, *one.within[:1]) for one in found if one.choice or not one.faint}
     one, by = columns[found[0].key] if found else None, ""
     if one and one.options:
-        lost = kinds.get(LOST, np.zeros_like(failed))
-        among = next((part for text, part in shared_by.items() if f" {LOST} " in text and part.key != found[0].key), None)
-        by = found[0].successes(lost, one.options, one.values, among)
-        shared_by = {text: part for text, part in shared_by.items() if part is not among or f"with {part.text} a" not in by}
-    return by, said | {text: (part.key,) for text, part in shared_by.items()}
+        by = found[0].successes(failed, one.options, one.values, [other for other in found if other.within])
+    told = {one.key for one in found if one.within}
+    return by, said | {text: (part.key,) for text, part in shared_by.items() if part.key not in told}
 
 
 def splits(
@@ -240,7 +241,12 @@ def split(failed: Flights, where: Flights, scale: KeyOrder, tried: int) -> Split
         ends, score = sorted([*ends, at]), score + gained - needed
     parts = itertools.pairwise(ends) if score else ()
     bands = [(h[high] - h[low], n[high] - n[low], scale.range_text(low, high)) for low, high in parts]
-    return Split(scale.key, bands, score, about=f"{scale.about}{scale.unit}" * bool(scale.about))
+    about, worst = f"{scale.about}{scale.unit}" * bool(scale.about), None
+    if score:
+        low, high = max(itertools.pairwise(ends), key=lambda one: (h[one[1]] - h[one[0]]) / (n[one[1]] - n[one[0]]))
+        text = f"the {words(scale.key)} is {scale.range_text(low, high).removeprefix('at ')}{f' from {about}' * bool(about)}"
+        worst = (scale.places >= low) & (scale.places < high), text
+    return Split(scale.key, bands, score, about=about, worst=worst)
 
 
 def gain_at(h: list[int], n: list[int], low: int, at: int, high: int, needed: float) -> float:
