@@ -19,7 +19,7 @@ from quadstep.linear.analysis import StepResponse, analyse_rest, of_loop, steps,
 from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.grade import least_of
 from quadstep.linear.nearby import MOVED
-from quadstep.linear.run import record, turned
+from quadstep.linear.run import captions, record, turned
 from quadstep.linear.states import Channel, states, with_states
 from quadstep.linear.tables import OpenLoop, mark_margins, merged, sentences
 from quadstep.linear.transfer import frequencies, opened, transfer
@@ -430,13 +430,16 @@ def test_how_much_farther_the_nose_turns_in_wind_is_what_flights_with_two_headin
     ]
     flown = (ends[1].column("yaw")[-1] - ends[0].column("yaw")[-1]) / 0.04
     found = analyse_rest(hover(law, wind=wind))
-    (said,) = turned(steps(found.rest.period, found.analysis.poles), hover(law, wind=wind))
+    (said,) = turned(moves := steps(found.rest.period, found.analysis.poles))
     assert flown > 1.1
-    assert said == f"In this wind it turns its nose {100.0 * (flown - 1.0):.2g} % more than commanded."
+    assert said == f"A small turn from this heading ends {100.0 * (flown - 1.0):.2g} % too large."
+    far = fly(hovering(hover(law, wind=wind).model_copy(update={"path": StepPath(**HOLD, yaw=1.5)}))).column("yaw")[-1]
+    assert far < 1.0 + 0.5 * flown  # 1.53 rad, not 2.07: the sentence is of small turns only
+    assert f"% over its final value, {flown:.3g}; " in captions(found.analysis, moves)["step"]
     still = analyse_rest(hover(law))
-    assert turned(steps(still.rest.period, still.analysis.poles), hover(law)) == []
+    assert turned(steps(still.rest.period, still.analysis.poles)) == []
     less = StepResponse("yaw", "rad", np.arange(9.0), np.full(9, 0.8))
-    assert turned([less], hover(law)) == ["At rest it turns its nose 20 % less than commanded."]
+    assert turned([less]) == ["A small turn from this heading ends 20 % too small."]
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -113,6 +113,14 @@ def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis
     assert [one.partition("; a sound loop has at least ")[2] for one in with_limits] == ["6.0 dB", "30.0°", "", ""]
     warned = [with_limit(one, analysis).kind for one in worst.facts([("", analysis)])]
     assert warned == ["", "fair", "", ""]
+    kinked = analysis._replace(tried="all different")
+    peak, both = (worst.by_channel(one)[1][5][1:] for one in (analysis, kinked))
+    assert all(0.0 <= float(cut) - float(exact) < 0.1 for exact, cut in zip(peak, both, strict=True))
+    assert [kinked.cut(one) for one in ("none", "6.4", "-8.9", "49.3", "0.66")] == ["none", "6.4", "-8.9", "49", "0.6"]
+    assert [kinked.cut(one, peak=True) for one in ("1.28", "1.30", "2.01", "12.34")] == ["1.3", "1.3", "2.1", "12.4"]
+    disk = next(one for one in worst.facts([("", kinked)]) if one.what == worst.DISK)
+    angle = kinked.cut(f"{math.degrees(2.0 * math.atan(0.5 * float(disk.value))):.1f}")
+    assert f"a phase of {angle}°" in with_limit(disk, kinked).more  # of the number shown, not of the one that was cut
     content = record(analysis, [])
     assert (content["grade"], content["stable"]) == (FRAGILE, True)
     assert content["limits"] == {"gain[dB]": 6.0, "phase[rad]": math.radians(30.0), "delay[s]": 0.0}
@@ -372,3 +380,14 @@ def test_an_estimator_in_wind_is_graded_without_moving_its_covariance_to_what_is
     noise = {"position_noise": 0.02, "gyro_noise": 0.01, "accelerometer_noise": 0.1}
     found = grade(hover("lqr", "x500", sensors={**noise, "latency": 0.02, "estimator": True}, wind={"mean": [6.0, 2.0, 0.0]}))
     assert found.word == SOUND, found.why  # a mode of its covariance was said to grow by e in 3 ms
+
+
+def test_the_report_of_an_unstable_loop_is_red_shows_its_poles_and_exits_as_before(tmp_path):
+    run = quadstep("linear", EXAMPLES / "theorem_fails.toml", "--out", tmp_path / "out")
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")
+    assert (run.code, '<span class="fails">Hovering at the start of its path, the loop is unstable' in page) == (0, True)
+    assert re.search(r"<dt>fastest growing poles</dt><dd[^>]*>1.739 ± 3.245j 1/s<small>4: pitch and roll", page)
+    assert page.index('id="poles"') and "<details" not in page
+    (job,) = flown_from_rest(read_mission(EXAMPLES / "theorem_fails.toml"))[1]
+    assert (np.diff(job.panels[0].lines["flown"]) < 0.0).sum() > 100  # it falls again and again: the line is that of the peaks
+    assert "where an error oscillates, it is that of the peaks" in page

@@ -105,9 +105,11 @@ class Analysis(NamedTuple):
         """Whether its margins depend on the sides and states that were tried."""
         return bool(self.near) or "different" in self.tried
 
-    def cut(self, text: str) -> str:
-        """A margin without the last digit where that depends on what was tried: "6" for 6.4 dB."""
-        return text[:-1].removesuffix(".") if self.kinked and text != "none" else text
+    def cut(self, text: str, peak: bool = False) -> str:
+        """A margin without a third digit where that depends on what was tried: "49" for 49.3°; a peak is rounded up."""
+        if not self.kinked or len(text.strip("-")) < 4 or text == "none":
+            return text
+        return f"{math.ceil(10.0 * float(text) - 1e-9) / 10.0:.1f}" if peak else text[:-1].removesuffix(".")
 
     @property
     def stable(self) -> bool:

@@ -44,6 +44,8 @@ WARM = BEGUN = 0.1
 LONG, KICK = 60.0, 1e-3
 """How long a flight from rest lasts unless it is lost [s], and the step along each axis that it begins with [m]."""
 
+GROWING = "On this logarithmic scale, steady growth is a straight line; where an error oscillates, it is that of the peaks."
+
 MOST_STEPS, AT_REST = 40, SAME
 """Most steps of Newton's method, and the largest change of a state in a period, relative to 1, that counts as rest."""
 

@@ -16,14 +16,13 @@ from quadstep.io.errors import UserError, errors_in
 from quadstep.io.run_record import FIGURES
 from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, RestAnalysis, StepResponse, analyse_rest, steps
-from quadstep.linear.equilibrium import BEGUN, KICK, LONG, stepped
+from quadstep.linear.equilibrium import BEGUN, GROWING, KICK, LONG, stepped
 from quadstep.linear.grade import REMEDY, graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.states import Array
 from quadstep.linear.tables import OpenLoop, decibels, draw_bode, draw_nyquist, draw_steps, merged
 from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.metrics.statistics import finite
-from quadstep.mission.air import WindSection
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
@@ -81,7 +80,6 @@ LEAST, STEADY = 1e-6, 0.5
 """The least swing that counts [m]; share by which one changes over the last half of a flight that neither grows nor decays."""
 
 CERTIFY = " `quadstep certify` judges the conditions of Theorem 5.1."
-GROWING = "Distance from where it should stay, in that flight. An error that keeps doubling rises along a straight line."
 THERE = f"Stepped {1e3 * KICK:g} mm along each axis, the vehicle"
 
 
@@ -95,7 +93,7 @@ def flown_from_rest(mission: Mission) -> tuple[str, list[FigureJob]]:
     except UserError as error:  # a law of the user's own that fails there
         return f"It cannot be flown at rest: {error}.", []
     far = Panel("distance", "m", {"flown": np.linalg.norm(errors, axis=1)}, LOG)
-    return of_flight(log), [FigureJob("flown", GROWING, t, [far])]
+    return of_flight(log), [FigureJob("flown", f"Distance from where it should stay, in that flight. {GROWING}", t, [far])]
 
 
 def of_flight(log: FlightLog) -> str:
@@ -148,7 +146,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
     """
     found = studied.analysis
     moves = steps(studied.rest.period, found.poles) if found.stable else []
-    answer, jobs = [worst.finding(found, but), *turned(moves, mission)], list[FigureJob]()
+    answer, jobs = [worst.finding(found, but), *turned(moves)], list[FigureJob]()
     if not found.stable:
         flown, jobs = flown_from_rest(mission)
         answer += [flown, REMEDY + CERTIFY * mission.controller.controller.theorem]
@@ -171,7 +169,9 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
         (out / FIGURES).mkdir()
         for job in jobs:
             job.draw(out / FIGURES, sheet.with_svg())
-        return done._replace(figures=[Figure(f"{FIGURES}/{one.name}", one.caption) for one in jobs])
+        fastest = markup.Fact("fastest growing poles", f"{rows[0][0]}\u00a01/s", f"{rows[0][-1]}: {rows[0][1]}", kind="fails")
+        drawn = [Figure(f"{FIGURES}/{one.name}", one.caption) for one in jobs]
+        return done._replace(figures=drawn, facts=[fastest], fold=(), failed=True)
     draw(out / FIGURES, found, moves, sheet.with_svg())
     margins = f"{mission.name}: margins, one loop opened at a time"
     return done._replace(
@@ -202,7 +202,7 @@ def with_limit(fact: markup.Fact, analysis: Analysis) -> markup.Fact:
     """A least margin with what a sound loop needs of it or what it allows."""
     asked = [one for one in graded(analysis).measures if fact.what == f"smallest {one.what} margin"]
     needed = [f"a sound loop has at least {one.text(one.limit)}" if one.limit else "no limit applies" for one in asked]
-    if fact.what == worst.DISK and (d := min(one.disk for one in analysis.margins)) < 2.0:
+    if fact.what == worst.DISK and (d := float(fact.value)) < 2.0:
         both = decibels((2.0 + d) / (2.0 - d)), tables.number(math.degrees(2.0 * math.atan(0.5 * d)))
         gain, angle = map(analysis.cut, both)
         needed.append(f"allows a gain of {gain} dB up or down, a phase of {angle}°, and less of both together")
@@ -221,15 +221,14 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     never = f"{late.name} does not settle within 2 % in the time shown"
     return {
         "bode": "Where |L| falls through 0 dB, the phase's distance from −180° is the phase margin. It is smallest in "
-        f"{phase[0].name}: {least}° at {phase[1].phase_at:.3g} rad/s. The bars mark it, and the "
-        "smallest gain margin, which is read where the phase crosses −180° or −540°; dots mark their "
-        "frequencies in the other panel.",
-        "step": "The path steps by 1 along one axis at a time. The largest overshoot is that of "
-        f"{over.name}, {100.0 * over.overshoot:.1f} %; {settled if math.isfinite(late.settling) else never}.",
+        f"{phase[0].name}: {least}° at {phase[1].phase_at:.3g} rad/s. The bars mark it, and the smallest gain margin, which "
+        "is read where the phase crosses −180° or −540°; dots mark their frequencies in the other panel.",
+        "step": f"The path steps by 1 along one axis at a time. The largest overshoot is that of {over.name}, "
+        f"{100.0 * over.overshoot:.1f} % over its final value, {over.rest:.3g}; "
+        f"{settled if math.isfinite(late.settling) else never}.",
         "nyquist": "The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. On the grey circle, "
         "|L| is 1: the angle there between a curve and −1 is its phase margin. The nearest to −1 is "
-        f"{near[0].name}, at a distance of {analysis.cut(f'{1.0 / near[1].sensitivity:.2f}')}: disturbances are amplified "
-        f"{analysis.cut(f'{near[1].sensitivity:.2f}')} times there.",
+        f"{near[0].name}: disturbances are amplified {analysis.cut(f'{near[1].sensitivity:.2f}', peak=True)} times there.",
     }
 
 
@@ -238,12 +237,10 @@ def least_phase(analysis: Analysis) -> int:
     return min(range(len(analysis.margins)), key=lambda i: float(f"{analysis.margins[i].phase:.6g}"))
 
 
-def turned(moves: list[StepResponse], mission: Mission) -> list[str]:
-    """That a step of the heading ends elsewhere, in a sentence, where it does."""
-    wind = getattr(mission, "wind", None)
-    there = "In this wind" if isinstance(wind, WindSection) and any(wind.mean) else "At rest"
+def turned(moves: list[StepResponse]) -> list[str]:
+    """That a small step of the heading ends elsewhere, in a sentence, where it does."""
     rest = next((one.rest for one in moves if one.name == "yaw"), 1.0)
-    said = f"{there} it turns its nose {100.0 * abs(rest - 1.0):.2g} % {'more' if rest > 1.0 else 'less'} than commanded."
+    said = f"A small turn from this heading ends {100.0 * abs(rest - 1.0):.2g} % too {'large' if rest > 1.0 else 'small'}."
     return [said] * (f"{rest:.3g}" != "1")
 
 
@@ -258,7 +255,7 @@ def draw(folder: Path, analysis: Analysis, moves: list[StepResponse], sheet: She
     shown = merged(OpenLoop(
         analysis.channels, omega, harmonic(ready, omega),
         phases=[(least, math.degrees(one.phase), one.phase_at)] if math.isfinite(one.phase) else [],
-        gains=[min(all_gains, key=lambda gain: abs(gain[1]))], digits=int(not analysis.kinked),
+        gains=[min(all_gains, key=lambda gain: abs(gain[1]))], cut=analysis.cut,
     ))  # fmt: skip
     draw_bode(folder / "bode", shown, sheet)
     draw_nyquist(folder / "nyquist", shown, sheet)

@@ -104,7 +104,7 @@ FARTHEST = 8.0
 class OpenLoop(NamedTuple):
     """The opened loop as drawn. omega [rad/s]; loop: L, shape (frequencies, channels). unsure: half of the 95 % interval of
     the first channel's L, as a share of it, where that was measured. phases: phase margins to mark [°], by place
-    of their channel, and where they are [rad/s]; gains: gain margins [dB], those downwards below 0. digits: of these.
+    of their channel, and where they are [rad/s]; gains: gain margins [dB], those downwards below 0. cut: of these, as text.
     """
 
     channels: tuple[Channel, ...]
@@ -113,7 +113,7 @@ class OpenLoop(NamedTuple):
     unsure: Array | None = None
     phases: Sequence[tuple[int, float, float]] = ()
     gains: Sequence[tuple[int, float]] = ()
-    digits: int = 1
+    cut: Callable[[str], str] = str
 
 
 MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
@@ -201,10 +201,9 @@ def draw_bode(path: Path, shown: OpenLoop, sheet: Sheet) -> None:
 def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
     """The phase margins where curves cross 0 dB, and the gain margins where they cross -180°, each with its number."""
     marks: list[tuple[Axes, int, float, float, float, str]] = []
-    less = 0.0 if shown.digits else 0.4999  # digits are cut
     for place, degrees, at in shown.phases:
         turned = np.array(np.interp(at, shown.omega, np.asarray(below.lines[place].get_ydata())))
-        marks.append((below, place, at, float(whole_turns(turned)), float(turned), f"{degrees - less:.{shown.digits}f}°"))
+        marks.append((below, place, at, float(whole_turns(turned)), float(turned), f"{shown.cut(f'{degrees:.1f}')}°"))
         above.plot([at], [0.0], "o", markersize=4, color=above.lines[place].get_color())
     for place, gain in shown.gains:
         size, phase = (np.asarray(axes.lines[place].get_ydata()) for axes in (above, below))
@@ -212,7 +211,7 @@ def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
         found = np.flatnonzero((off[:-1] * off[1:] <= 0.0) & (np.abs(off[:-1] - off[1:]) < 90.0))
         near = int(min(found, key=lambda k: abs(size[k] + gain), default=-1))
         if near >= 0 and abs(size[near] + gain) < NEAR_ENOUGH:
-            marks.append((above, place, shown.omega[near], 0.0, -gain, f"{abs(gain) - less:.{shown.digits}f} dB"))
+            marks.append((above, place, shown.omega[near], 0.0, -gain, f"{shown.cut(f'{abs(gain):.1f}')} dB"))
             below.plot(
                 [shown.omega[near]], [whole_turns(phase[near])], "o", markersize=4, color=below.lines[place].get_color()
             )

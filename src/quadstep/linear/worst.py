@@ -19,7 +19,7 @@ Loops = Sequence[tuple[str, Analysis | str]]
 ROW_HEADER = ("", "grade", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]", "phase [°]", "delay [ms]", "disk")
 WORST_HEADER = ("margin", "worst", "channel", "where")
 
-PHASE, DISK = "phase [°]", "smallest disk margin"
+PHASE, DISK, PEAKS = "phase [°]", "smallest disk margin", ("peak of S", "peak of T")
 
 MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, Callable[[Margins], str]], ...] = (
     ("gain up [dB]", lambda one: one.gain_up, True, lambda one: decibels(one.gain_up)),
@@ -52,7 +52,9 @@ class LeastMargin(NamedTuple):
 def by_channel(analysis: Analysis) -> tuple[list[str], list[list[str]]]:
     """Header and rows of a table: each margin of each channel."""
     header = ["", *(channel.name for channel in analysis.channels)]
-    return header, [[title, *(analysis.cut(text(one)) for one in analysis.margins)] for title, _, _, text in MEASURES]
+    return header, [
+        [title, *(analysis.cut(text(one), title in PEAKS) for one in analysis.margins)] for title, _, _, text in MEASURES
+    ]
 
 
 def finding(analysis: Analysis, but: str = "") -> str:
@@ -122,7 +124,7 @@ def worst(loops: Loops) -> list[LeastMargin]:
     made = []
     for title, value, less, text in MEASURES:
         every = [
-            (value(margins), name, channel.name, one.cut(text(margins)))
+            (value(margins), name, channel.name, one.cut(text(margins), title in PEAKS))
             for name, one in stable(loops)
             for channel, margins in zip(one.channels, one.margins, strict=True)
         ]

@@ -188,7 +188,7 @@ def of_limits(metrics: Metrics, battery: bool = False) -> list[markup.Fact]:
         found.append(markup.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), said))
     elif "rotors" in metrics and metric(metrics, "rotors", "least[N]") < 0.0:
         ends = (units.number(metric(metrics, "rotors", f"{end}[N]")) for end in ("least", "largest"))
-        more = "rotors cannot pull, but this vehicle does not limit them"
+        more = "rotors cannot thrust downwards, but this vehicle does not limit them"
         found.append(markup.Fact("thrust per rotor (not physically possible)", f"{' to '.join(ends)}\u00a0N", more))
     return found
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from quadstep.engines.fly import FlightPlan
 from quadstep.io.errors import UserError
-from quadstep.linear.equilibrium import KICK, stepped
+from quadstep.linear.equilibrium import GROWING, KICK, stepped
 from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, rebuild
 from quadstep.proofs.prove.hold import Hold
@@ -49,10 +49,7 @@ def of_flight(t: Array, errors: Array, limit: float, whose: str = "the mission's
     far = np.linalg.norm(errors, axis=1)
     lines = {"flown": far} | ({f"limit, {limit:g} m": np.full(len(t), limit)} if far[-1] > NEAR * limit else {})
     last, at = units.quantity(float(far[-1]), "m", 4), units.quantity(float(t[-1]), "s")
-    caption = (
-        f"Distance of {whose}: {last} at {at}. On this logarithmic scale, an error that doubles again and again rises along a "
-        "straight line."
-    )
+    caption = f"Distance of {whose}: {last} at {at}. {GROWING}"
     return [FigureJob("flight", caption, t, [Panel("distance", "m", lines, LOG)])]
 
 
