@@ -181,9 +181,12 @@ def test_the_caption_says_what_this_flight_shows_and_only_a_lost_ones_time_is_li
     assert tables(found).levels[0][0] == "at the start"
     assert tables(found).conditions[-1][0] == "J_M (10 at any attitude)"
     assert [row[-1] for row in tables(found).ways] == [("holds", "holds"), ("not judged", "open")]
-    assert [one.value for one in facts(found)] == (
-        ["violated", "not tested", "lost"] if lost else ["hold", "not tested", "completed"]
+    assert [one[:2] for one in facts(found)[: 1 + lost]] == (
+        [("printed conditions", "hold"), ("repaired conditions", "violated")]
+        if lost
+        else [("conditions of the proof", "hold")]
     )
+    assert [one.value for one in facts(found)[1 + lost :]] == ["not tested", "lost" if lost else "completed"]
 
 
 def test_what_follows_the_judged_part_is_the_flights_own_error_and_is_drawn():
@@ -193,7 +196,7 @@ def test_what_follows_the_judged_part_is_the_flights_own_error_and_is_drawn():
     whole = np.hypot(log.column("norm_r1"), log.column("norm_r2"))
     np.testing.assert_allclose(np.append(found.r, found.later), whole, rtol=1e-9)
     assert whole[len(found.r) :].max() > found.b_r  # so that "the error never left the ball" is said of the judged part only
-    assert facts(found)[1].more.startswith(f"|r| is at most {found.r.max():.4g} up to {found.until:.3g} s, b_r = ")
+    assert facts(found)[2].more.startswith(f"|r| is at most {found.r.max():.4g} up to {found.until:.3g} s, b_r = ")
     (job, *_) = figures_of(found, "lost")
     lines = job.panels[0].lines
     assert (len(lines["|r|"]), len(lines[UNJUDGED]), len(job.t)) == (len(found.r), len(whole), len(whole))

@@ -547,7 +547,7 @@ def test_a_reader_whose_submission_is_refused_has_the_text_still_and_a_way_back(
     assert ask(port, "/submit", ada, "[controller]\n")[0] == 303
     status, headers, text = ask(port, "/submit", ada, urlencode({"mission": "# <b>mine</b>\n"}), headers=browser)
     assert (status, headers["Content-Type"]) == (429, "text/html; charset=utf-8")
-    assert "Your last submission has not been flown yet." in text
+    assert "<b>Your last submission has not been flown yet.</b>" in text, "not rejected: nothing was judged"
     assert '<a href="/">' in text and "http-equiv" not in text
     assert "# &lt;b&gt;mine&lt;/b&gt;\n</textarea>" in text and "<b>mine" not in text
     status, _, text = ask(port, "/submit", ada, b"\xff", headers=browser)

@@ -19,6 +19,7 @@ from quadstep.metrics.statistics import share
 from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
+from quadstep.page.thumbnails import first_panel
 from quadstep.report import canvas
 from quadstep.report.sheet import Sheet
 from quadstep.report.told import SPOTS
@@ -125,6 +126,12 @@ def test_the_sentence_and_the_manifest_say_how_much_is_flyable(case):
     assert about(out)["axes"]["x"] == {"key": "path.duration", "values": [2.0, 3.0, 4.0, 5.0]}
     assert sorted(path.name for path in out.iterdir()) == about(out)["files"]
     assert {"envelope.png", "envelope.svg"} < set(about(out)["files"])
+
+
+def test_the_picture_of_a_card_says_which_values_were_flown_not_where_cells_end(case):
+    with (case[1] / "envelope.svg").open("rb") as figure:
+        said = re.findall(r"<text [^>]*>([^<]*)</text>", first_panel(figure))
+    assert said[-2:] == ["disturbance scale", "path duration [s], 2 to 5"], "a list has no range"
 
 
 def test_a_cell_leads_to_its_flight(case):

@@ -18,14 +18,14 @@ from quadstep.identify.parameters import VEHICLE, before_fit, numbers_of
 from quadstep.identify.replay import ErrorTable, ready
 from quadstep.identify.run import Identification, answer, evidence, for_test, same_setpoints, untested
 from quadstep.identify.run import run as run_identification
-from quadstep.identify.uses import LATENESS, TUNED, cards, reach, within
+from quadstep.identify.uses import LATENESS, TUNED, cards, reach, uses, within
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe_tables import CommandSection
 from quadstep.mission.listings import load_preset
 from quadstep.mission.read import check_mission
 from quadstep.numbers import vector
-from quadstep.report.units import percent
+from quadstep.report.units import number, percent
 from quadstep.vehicle.allocation import mixing
 from tests import made_flights
 from tests.calm_flights import WOBBLY, logged, start, true_values
@@ -241,7 +241,10 @@ def test_the_order_of_flights_changes_neither_which_are_held_out_nor_the_fit(mon
 def test_the_first_sentence_names_what_is_wrong_and_what_to_fly_next(flight_numbers):
     found = Identified(flight_numbers, None, TOLD, {}, KNOWN)
     run = Identification(start("x500"), found, ["a"], found, compared([1.2, 0.5, 0.8, 0.6]), None)
-    assert answer(run) == "Roll and pitch can be tuned on this model."  # whatever it predicts of the position
+    known = f"{number(100.0 * max(max(reach(found, key)) for key in ('roll', 'pitch', LATENESS)), 2)} %; 50 % is enough"
+    ready = f"Roll and pitch (known to within {known}) can be tuned on this model; yaw is not judged."
+    assert answer(run) == ready  # whatever it predicts of the position
+    assert all(row[-1] for row in uses(found).rows), "each use has flights that tell more"
     poor = Identified(flight_numbers, None, {**TOLD, "inertia[0]": Fitted(1.0, 0.3, 1.2, "", "made")}, {}, KNOWN)
     assert answer(run._replace(found=poor)) == (
         "Pitch can be tuned on this model; do not yet tune roll: the gain of roll is not known to within 50 %. Next, fly "

@@ -529,7 +529,8 @@ def test_of_two_campaigns_the_numbers_that_their_reports_begin_with_stand_beside
     for name in ("a", "b"):
         (tmp_path / name / "report.html").write_text(page_text(name, [summary("An answer.")], "campaign"))
     text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
-    assert "“a” and “b” have no numbers to compare." in text and "not ranked" not in text
+    assert "“a” and “b” are not ranked: below are the answers of their reports, side by side." in text
+    assert "answer An answer. An answer." in text
 
 
 def test_two_reports_of_a_kind_are_compared_by_the_values_of_their_tables_and_not_by_their_json(tmp_path):
@@ -550,7 +551,7 @@ def test_two_reports_of_a_kind_are_compared_by_the_values_of_their_tables_and_no
     assert "answer Answer a. Answer b. loop at rest sound sound succeed 2.5 % 7.25 %" in told
     assert "Margins a b roll: delay [ms] 51.7 23.8" in told and "Where it was flown a b mission a.toml b.toml" in told
     assert not any(one in told for one in ("k_v", "yaw", "17", "seed", "k_x", "of them", "second / first"))
-    assert '<b class="good"><span aria-hidden="true">✓</span> sound</b>' in answer(tmp_path, "/").text
+    assert 'loop <b class="good"><span aria-hidden="true">✓</span> sound</b>' in answer(tmp_path, "/").text
 
 
 def test_the_numbers_of_a_row_have_one_unit_and_a_lost_flight_s_last_state_is_no_row(tmp_path):
@@ -585,7 +586,8 @@ def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, f
     assert "times closer" not in text and "second / first" not in text
     alike = "paths" not in said and "vehicles" not in said
     assert ("#keep=b" in text) == alike == ('src="/thumbs?a=a&amp;b=b"' in text)
-    assert text.count("<dt>") == (1 if "lost" in said else 2), "a lost flight has no error to show"
+    assert text.count("<dt>") == 2
+    assert text.count("<dd class=fails>lost<") == ("lost" in said), "a lost flight has no error to show"
     shown = [one["id"] for one in data_of(answer(tmp_path, "/both?a=a&b=b").text)["flights"]]
     assert shown == ["a", "b"]
 
@@ -641,9 +643,35 @@ def test_the_closer_one_s_bad_loop_is_said_and_marked(tmp_path, loops):
 
 
 def test_of_a_lost_flight_on_another_path_the_path_comes_first(tmp_path):
-    spoilt(tmp_path / "a", name="a", **{"outcome": "crashed", "ended[s]": 1.0, "mission": {"path": {"type": "step"}}})
+    spoilt(tmp_path / "a", name="a", **{"outcome": "crashed", "ended[s]": 1.0, AT_REST: {"grade": "unstable"},
+           "mission": {"path": {"type": "step"}, "controller": {"type": "lqr"}}})  # fmt: skip
     spoilt(tmp_path / "b", name="b", **{"outcome": "completed", "ended[s]": 5.0, "mission": {}})
-    assert "“a” and “b” fly different paths, so " in answer(tmp_path, "/compare?a=a&b=b").text
+    text = answer(tmp_path, "/compare?a=a&b=b").text
+    assert "“a” and “b” fly different paths, so " in text
+    assert "<dt>a: flight</dt><dd class=fails>lost<small>controller: lqr, ! unstable at rest</small>" in text
+    assert re.search("<td>loop at rest</td><td[^>]*>unstable</td><td[^>]*>–</td>", text), "though only one is known"
+
+
+def test_two_maps_are_said_to_differ_in_what_flew_before_the_wind(tmp_path):
+    for name, vehicle, wind in (("a", "x500", 0.0), ("b", "crazyflie", 3.0)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "report.html").write_text(page_text(name, [summary(f"In all cells {name}.")], "envelope"))
+        mission = {"vehicle": {"preset": vehicle}, "wind": {"mean": [wind, 0.0, 0.0]}}
+        (tmp_path / name / "metrics.json").write_text(json.dumps({"mission": mission, "axes": {"x": {"key": name}}}))
+    text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
+    assert re.search(r"With different vehicles, wind \(.*\) and axes: “a” and “b” are not ranked", text)
+
+
+def test_a_report_beside_the_file_that_it_is_of_is_called_a_report(tmp_path):
+    (tmp_path / "mine.html").write_text(page_text("mine", [summary("Roll can be tuned.")], "Identification"))
+    assert '<div class="files"><a href="/files/mine.html">Report</a></div>' in answer(tmp_path, "/").text
+
+
+def test_a_map_whose_flights_are_not_as_commanded_has_a_mark(tmp_path):
+    said = "In all 72 combinations, all flights reached the end. None of the 72 flights shown is as commanded: off it in 72."
+    (tmp_path / "report.html").write_text(page_text("wind", [summary(said)], "envelope"))
+    mark = '<b class="fair"><span aria-hidden="true">!</span> None of the 72 flights shown is as commanded</b>'
+    assert mark in answer(tmp_path, "/").text.replace("\u00a0", " ")
 
 
 def test_a_campaign_of_a_fragile_loop_has_its_mark(tmp_path):
@@ -671,7 +699,7 @@ def test_beside_a_lost_flight_no_error_is_shown_and_else_the_rows_that_say_most_
         errors = {"position": {"x": {"rmse[m]": rmse, "final[m]": rmse}}, "position_rmse[m]": rmse, "largest_error[m]": rmse}
         spoilt(tmp_path / name, name=name, outcome=outcome, **{"ended[s]": 5.0, "largest_tilt[rad]": 0.1}, **errors)
     text = answer(tmp_path, "/compare?a=near&b=gone").text
-    assert re.findall("<tr><td>([^<]+)</td>", text) == ["time flown", "largest tilt"]
+    assert re.findall("<tr><td>([^<]+)</td>", text) == ["grade", "time flown", "largest tilt"]
     told, more = answer(tmp_path, "/compare?a=near&b=far").text.split("<details")
     assert re.findall("<tr><td>([^<]+)</td>", told) == ["time flown", "largest tilt", "position RMSE", "largest error"]
     assert re.findall("<tr><td>([^<]+)</td>", more) == ["x error, RMSE", "x error, at the end"]

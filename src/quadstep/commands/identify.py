@@ -61,10 +61,7 @@ def identify(
     residual: Annotated[
         bool, typer.Option("--residual", help="Train a small network on the residual; it is switched off in the vehicle file.")
     ] = False,
-    report: Annotated[
-        bool,
-        typer.Option("--report/--no-report", help="Write an HTML page next to the vehicle file."),
-    ] = True,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Write an HTML page next to the vehicle file.")] = True,
     overwrite: ReplaceOption = False,
 ) -> None:
     """Fit a vehicle to logs of its flights: thrust, torque, lag, delay, inertia, drag, with an interval for each number.

@@ -214,7 +214,7 @@ def evidence(
     held = f"Held out: {', '.join(run.held_out)}{', all with the same setpoints' * run.alike}. The vehicle file is from a "
     held += f"second fit, to all flights ({names}), which leaves none to test it."
     more = [*kept, *of_residual(run)]
-    sections: list[Section] = [uses(run.found, run.idle), markup.heading("Identified parameters", "found")]
+    sections: list[Section] = [uses(run.found), markup.heading("Identified parameters", "found")]
     sections += [markup.paragraph(" ".join(more), escape)] * bool(more)
     sections += fitted(run.found, start, run.vehicle.inertia[2])
     if tables:

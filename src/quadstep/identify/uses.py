@@ -74,16 +74,14 @@ def in_short(key: str) -> str:
     return f"gain of {key}" if key in TUNED else key if key == LATENESS else in_words(key)
 
 
-def uses(fit: Identified, idle: Sequence[str] = ()) -> TableSection:
-    """A row for each use, which is as good as the parameter of it that is known least. idle: as in `tuning`."""
+def uses(fit: Identified) -> TableSection:
+    """A row for each use, which is as good as the parameter of it that is known least."""
     rows = []
     for name, (keys, log) in USES.items():
         sizes = {key: max(reach(fit, key)) for key in keys}
         worst = [key for key, size in sizes.items() if size == max(sizes.values())]
-        rows.append(
-            (name, within(fit, worst[0]), listed(list(map(in_short, worst))), log * (sizes[worst[0]] > ENOUGH or name in idle))
-        )
-    header = ("use", "known to within", "least known", "what to fly next")
+        rows.append((name, within(fit, worst[0]), listed(list(map(in_short, worst))), log))
+    header = ("use", "known to within", "least known", "flights that tell more")
     return TableSection(
         "What the model can be trusted for", "uses", header, rows, shown="What the model is good for", columns=(0, 1, 2)
     )
@@ -123,7 +121,9 @@ def tuning(
         against.append(f"{listed(names)} {'is' if len(names) == 1 else 'are'} not known to within {100.0 * ENOUGH:.0f} %")
     against += [f"no held-out flight turns much about {listed(idle, 'or')}"] * bool(idle)
     if not against:
-        return "Roll and pitch can be tuned on this model."
+        known = number(100.0 * max(max(reach(fit, key)) for axis in TUNED for key in USES[axis][0]), 2)
+        enough = f"known to within {known} %; {100.0 * ENOUGH:.0f} % is enough"
+        return f"Roll and pitch ({enough}) can be tuned on this model; yaw is not judged."
     can = f"{listed(ready).capitalize()} can be tuned on this model; do not yet tune" if ready else "Do not yet tune"
     speed = bool(TUNED.keys() & set(unknown)) and max(reach(fit, SPEED)) > 0.25 * ENOUGH  # half of what a gain may be off
     short = [axis for axis in TUNED if axis in idle or weak[axis]]

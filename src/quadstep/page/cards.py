@@ -111,6 +111,7 @@ def card(result: ResultFolder) -> str:
     """One result: its picture and name lead to its page or report; then every file."""
     place = result.place.as_posix()
     called = {one: LABELS.get(one) or re.sub("[-_]+", " ", one.removesuffix(".html")).capitalize() for one in result.files}
+    called |= {one: "Report" for one in result.files[: result.kind not in ("Page", "Article")] if one not in LABELS}
     links = " ".join(f'<a href="{escape(address(result, one))}">{escape(words)}</a>' for one, words in called.items())
     try:
         written = time.strftime("%Y-%m-%d %H:%M", time.localtime(result.changed))
@@ -122,7 +123,9 @@ def card(result: ResultFolder) -> str:
         "grade": result.grade, "rmse": "" if result.rmse is None else f"{result.rmse!r}",
     }  # fmt: skip
     attributes = " ".join(f'data-{key}="{escape(value)}"' for key, value in data.items())
-    marks = " ".join(map(grade_mark, (result.grade, result.loop)))
+    loop = f"loop {mark}" if (mark := grade_mark(result.loop)) else ""
+    lack = result.lack and f'<b class="fair"><span aria-hidden="true">!</span> {escape(result.lack)}</b>'
+    marks = " ".join((grade_mark(result.grade), loop, lack))
     href, told, drawn = escape(best(result)), facts_tile(result), picture(result)
     box = "" if result.files[0] not in REPORTS else f'<label><input type="checkbox" value="{escape(place)}"> compare</label>'
     shown = drawn and f'<a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{drawn}</a>'

@@ -80,10 +80,12 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     rows = [*rows[: len(rows) - len(margins)], *(measured[key] for key in few[:MOST_ROWS]), *told]
     largest = max(one.rmse or 0.0 for one in results)
     errors = [
-        markup.Fact(f"{name}: position RMSE", value(one.rmse, "m", largest), flown_by(content))
-        for name, one, content in zip(names, results, contents, strict=True) if one.rmse is not None
+        markup.Fact(f"{name}: flight", "lost", flown_by(content), kind="fails") if one.rmse is None
+        else markup.Fact(f"{name}: position RMSE", value(one.rmse, "m", largest), flown_by(content))
+        for name, one, content in zip(names, results, contents, strict=True)
+        if one.rmse is not None or grade(content) == FlightGrade.LOST
     ]  # fmt: skip
-    shown = "the answers and first numbers of their reports" if told else "their numbers" * bool(rows)
+    shown = f"the answers{' and first numbers' * bool(told)} of their reports" if reports else "their numbers" * bool(rows)
     body = [markup.summary(unlike or conditions(*contents) + answer(quoted, *contents, shown), errors)]
     places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
     pages = [f'<a href="{escape(best(one))}">{escape(name)}</a>' for one, name in zip(results, names, strict=True)]
@@ -101,9 +103,9 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         shown = "".join(f"<figure>{one}<figcaption>{page}</figcaption></figure>" for one, page in drawn)
         live = [(f"/both?{places}", "Both flights on one page")] * flights
     body += [f'<div class="two">{shown}</div>', *([markup.links(live)] if live else [])]
-    rows = [["answer", *(one.says or "–" for one in results)], *rows] if told else rows
+    rows = [["answer", *(one.says or "–" for one in results)], *rows] if reports else rows
     body += [markup.heading("In numbers" if keys else "What their reports say first", "numbers")] if rows else []
-    body += [markup.table(header, rows, units.rich if told else escape)] if rows else []
+    body += [markup.table(header, rows, units.rich if reports else escape)] if rows else []
     if margins or others:
         rest = markup.table(header, [*margins, *(measured[key] for key in others[:MOST_ROWS])], escape)
         body.append(markup.disclosure("all else that is not 0 in both", rest))
@@ -133,7 +135,7 @@ def grades(*contents: Metrics) -> list[list[str]]:
         ["loop at rest", *map(loop_grade, contents)],
         ["its margins", *(str(one.get("why", "")) for one in rest)],
     ]
-    return [one for one in rows if all(one[1:])]
+    return [[what, *(one or "–" for one in told)] for what, *told in rows if any(told)]
 
 
 def errors_figure(names: list[str], contents: Sequence[Metrics], folders: Sequence[Path]) -> str:
@@ -191,10 +193,12 @@ CONDITIONS = "start", "wind", "disturbance", "sensors", "events"
 
 def conditions(*contents: Metrics) -> str:
     """In which of these two missions differ, with their winds, to begin a sentence; empty if in none."""
-    told = dict(zip(CONDITIONS, CONDITIONS, strict=True))
+    told = {} if all("outcome" in one for one in contents) else {one: f"{one}s" for one in ("vehicle", "path", "controller")}
+    told |= dict(zip(CONDITIONS, CONDITIONS, strict=True))
     winds = [in_words(section(section(one, "mission"), "wind")) for one in contents]
     told["wind"] = f"wind ({'; '.join(winds)})" if winds[0] != winds[1] else "wind"
-    others = [told[one] for one in differing_keys(CONDITIONS, *contents)]
+    others = [told[one] for one in differing_keys(told, *contents)]
+    others += ["axes"] * (contents[0].get("axes") != contents[1].get("axes"))
     return f"With different {units.listed(others)}: " if others else ""
 
 

@@ -51,7 +51,8 @@ class ResultFolder(NamedTuple):
     newest file was written, seconds since 1970. files: names of what can be opened, the best first. kind: what it is of.
     picture: a figure of it, from there. rmse: of the position [m], of a flight that was not lost. grade: of a flight, as in
     `quadstep.metrics.verdict`; empty if not known. facts: the first numbers of its report, what each is of, its value and
-    what is said of it, such as its interval. loop: the grade of a flight's loop at rest.
+    what is said of it, such as its interval. loop: the grade of a flight's loop at rest. lack: how many of its
+    flights are not as commanded.
     """
 
     place: Path
@@ -65,6 +66,7 @@ class ResultFolder(NamedTuple):
     grade: str = ""
     facts: tuple[tuple[str, str, str], ...] = ()
     loop: str = ""
+    lack: str = ""
 
 
 ARTICLE = "article.html"
@@ -80,6 +82,7 @@ REPORT, HEAD = "report.html", 100_000
 
 TITLE, KIND = re.compile(r"<title>(.*?)</title>", re.DOTALL), re.compile(r"<span>quadstep · (.*?)</span>")
 ANSWER, TAG = re.compile(r'<p class="answer">(.*?)</p>', re.DOTALL), re.compile(r"<[^>]*>")
+LACK = re.compile(r"<p>([^<.:]* as commanded): ")
 FACT = re.compile(r"<div><dt>(.{1,400}?)</dt><dd[^>]*>(.{1,400}?)(?:<small>(.{1,400}?)</small>)?</dd>")
 MOST_FACTS = 8
 
@@ -91,6 +94,7 @@ class ReportOpening(NamedTuple):
     kind: str = ""
     answer: str = ""
     facts: tuple[tuple[str, str, str], ...] = ()
+    lack: str = ""
 
 
 PICTURES = (
@@ -146,7 +150,7 @@ def results_in(root: Path, folder: Path) -> list[ResultFolder]:
     whole = ResultFolder(
         place, title, ending_text(content) or begins.answer, max(found[name] for name in shown),
         tuple(shown), kind, picture(folder, found), known_rmse, grade(content), begins.facts,
-        loop_grade(content or section(manifest(folder, "campaign.json"), "summary")),
+        loop_grade(content or section(manifest(folder, "campaign.json"), "summary")), begins.lack,
     )  # fmt: skip
     return [whole, *alone]
 
@@ -214,10 +218,10 @@ def report_opening(report: Path) -> ReportOpening:
             head = file.read(HEAD)
     except OSError:  # gone meanwhile, or not ours to read
         return ReportOpening()
-    found = [one.search(head) for one in (TITLE, KIND, ANSWER)]
-    title, kind, answer = (plain_text(one[1]) if one else "" for one in found)
+    found = [one.search(head) for one in (TITLE, KIND, ANSWER, LACK)]
+    title, kind, answer, lack = (plain_text(one[1]) if one else "" for one in found)
     facts = (map(plain_text, one.groups("")) for one in islice(FACT.finditer(head), MOST_FACTS))
-    return ReportOpening(title, kind, answer, tuple((what, value, more) for what, value, more in facts))
+    return ReportOpening(title, kind, answer, tuple((what, value, more) for what, value, more in facts), lack)
 
 
 def plain_text(markup: str) -> str:

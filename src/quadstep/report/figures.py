@@ -10,19 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from quadstep.report.axes import GRID, STEADY, linear, logarithmic, logarithmic_time, peaked, signed_logarithmic, ticked
-from quadstep.report.canvas import (
-    BAND,
-    BUCKETS,
-    LINES,
-    PALE,
-    SIDES,
-    Typeset,
-    drawing,
-    legend_columns,
-    new_figure,
-    thin,
-    write,
-)
+from quadstep.report.canvas import BAND, BUCKETS, LINES, PALE, SIDES, Typeset, drawing, legend_columns, new_figure, thin, write
 from quadstep.report.moments import ROW, mark, rows_above
 from quadstep.report.panel import (
     ASKED_FOR,

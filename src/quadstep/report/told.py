@@ -17,6 +17,7 @@ from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle, StepPatch
+from matplotlib.ticker import FixedFormatter
 
 from quadstep.report.axes import GRID
 from quadstep.report.sheet import PHONE
@@ -184,13 +185,14 @@ def bar(container: BarContainer, one: Rectangle, words: str) -> dict[str, object
 
 
 def scale(axis: Axis) -> dict[str, object]:
-    """Ends and kind of an axis, and between them the ends of what it shows."""
+    """Ends and kind of an axis, and between them the ends of what it shows; none where words or a list stand along it."""
     low, high = map(float, axis.get_view_interval())
     edge = float(getattr(axis.get_transform(), "linthresh", 0.0))
     first, last = sorted((low, high))
     ends = (min(max(float(one), first), last) for one in sorted(axis.get_data_interval()))
     shown = [one if abs(one) > 1e-12 * (last - first) else 0.0 for one in ends]
-    return {"low": low, "high": high, "kind": axis.get_scale(), "edge": edge, "data": shown}
+    listed = isinstance(axis.get_major_formatter(), FixedFormatter)
+    return {"low": low, "high": high, "kind": axis.get_scale(), "edge": edge, "data": [] if listed else shown}
 
 
 def as_text(text: str) -> str:

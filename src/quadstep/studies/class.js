@@ -28,7 +28,7 @@
     by("answer").textContent = "Sending …";
     try {
       const answer = await fetch("/submit", { method: "POST", body: new URLSearchParams(new FormData(form)) });
-      by("answer").textContent = answer.ok ? "Sent." : "Rejected: " + (await answer.text()).trim();
+      by("answer").textContent = answer.ok ? "Sent." : (await answer.text()).trim();
     } catch { by("answer").textContent = "Not sent: the class does not answer. Your text is still here."; }
     look();
   });

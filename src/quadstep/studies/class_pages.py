@@ -55,7 +55,7 @@ class Asked(NamedTuple):
 def student_page(room: Room, member: Member, asked: Asked = Asked()) -> str:  # noqa: B008 (frozen)
     """The page of a student as HTML, every text escaped."""
     words, gains = units.metric(room.ground.metric)[0], gains_table(room.mission, room.ground.free)
-    why = f"<b>Rejected: {escape(str(asked.refusal))}</b>{' Your text is below.' if asked.text else ''}"
+    why = f"<b>{escape(str(asked.refusal))}</b>{' Your text is below.' if asked.text else ''}"
     more = f', or <a href="/laws">choose another of the {len(room.laws)} controllers</a>' if len(room.laws) > 1 else ""
     body = [
         f'<p id="refused" role="alert">{why} <a href="/">Back to the board</a></p>' if asked.refusal else "",

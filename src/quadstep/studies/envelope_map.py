@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, PercentFormatter
+from matplotlib.ticker import FixedFormatter, FuncFormatter, LogLocator, MaxNLocator, NullLocator, PercentFormatter
 from numpy.typing import NDArray
 
 from quadstep.metrics.requirements import unit
@@ -170,10 +170,12 @@ def draw_panel(axes: Axes, request: Request, cells: Cells, place: int) -> None:
     tell_cells(axes, request, cells, place)
     for axis, given in ((axes.xaxis, request.x), (axes.yaxis, request.y)):
         if given.ranged:
+            axis.set_data_interval(float(given.values[0]), float(given.values[-1]), ignore=True)  # flown; not to cells' edges
             axis.set_major_locator(MaxNLocator(7, steps=[1, 2, 5, 10]))
         else:
             every = -(-len(given.values) // LISTED_TICKS)
-            axis.set_ticks(range(0, len(given.values), every), [text_of(one) for one in given.values[::every]])
+            axis.set_ticks(range(0, len(given.values), every))
+            axis.set_major_formatter(FixedFormatter([text_of(one) for one in given.values[::every]]))
 
 
 def strike(axes: Axes, where: NDArray[np.bool_], across: NDArray[np.float64], up: NDArray[np.float64]) -> None:
@@ -190,7 +192,7 @@ def link_cells(axes: Axes, request: Request, place: int, links: Mapping[int, str
         panel, row, column = np.unravel_index(cell, request.shape)
         if panel == place:
             (left, right), (bottom, top) = across[column : column + 2], up[row : row + 2]
-            axes.add_patch(Rectangle((left, bottom), right - left, top - bottom, facecolor=HARDLY, linewidth=0.0, url=link))
+            axes.add_artist(Rectangle((left, bottom), right - left, top - bottom, facecolor=HARDLY, linewidth=0.0, url=link))
             middle = (0.5 * (left + right), 0.5 * (bottom + top))
             axes.scatter(*middle, 9.0, color="white", edgecolor="black", linewidths=0.6, zorder=3, urls=[link])
 

@@ -120,8 +120,11 @@ def facts(c: FlightCertificate) -> list[Fact]:
     leaps, lost = standing(c) == "rising between samples", c.outcome is not Outcome.COMPLETED
     fell = ("undecided", rises(c)) if leaps else ("fell", f"at each of {count:,} samples")
     rose = "rose", f"at {rising:,} of {count:,} samples"
+    hold = ("violated", but, False, "fails") if broken else ("hold", "", False, "holds")
+    printed = bool(broken) and c.conditions.printed_hold
     return [
-        Fact("conditions of the proof", *(("violated", but, False, "fails") if broken else ("hold", "", False, "holds"))),
+        *[Fact("printed conditions", "hold", kind="holds")] * printed,
+        Fact("repaired conditions" if printed else "conditions of the proof", *hold),
         Fact("L outside the ball b_r", *(none if not count else rose if rising else fell), kind="fails" * bool(rising)),
         Fact("the flight", "lost" if lost else "completed", f"at {c.ended:.4g} s", kind="fails" * lost),
     ]

@@ -208,10 +208,7 @@ def still_open(
         [axis, *(f"{length(one)}{UNTIL}{seconds:g} s" for one in bounds)]
         for axis, *bounds in zip(plan.loop.plant.axes, position, away, strict=True)
     ]
-    says = [
-        f"undecided: {given}, the bounds are proved until {seconds:g} s but not beyond: {result.why}.",
-        *not_for_ever(why),
-    ]
+    says = [f"undecided: {given}, the bounds are proved until {seconds:g} s but not beyond: {result.why}.", *not_for_ever(why)]
     return ProofVerdict(name, VerdictKind.OPEN, rows, says)
 
 
@@ -226,15 +223,13 @@ def unstable(mission: Mission, plan: FlightPlan, at: Hover, growth: Instability)
     ]
     if nets and nets.enabled:
         says.append("At the path's start, which `fly` and `linear` judge, errors grow at another rate: the nets act by place.")
+    bounds = f"{rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s"
+    fast = "growth of the fastest error"
+    rows = [["eigenvalues outside the unit circle", f"{growth.unstable} of {growth.states}"], [fast, bounds]]
     cards = [
-        Fact("eigenvalues outside the unit circle", f"{growth.unstable} of {growth.states}", more),
-        Fact(
-            "growth of the fastest error",
-            f"{rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s",
-            f"it doubles every {math.log(2.0) / growth.slowest:.3g} s",
-        ),
+        Fact(rows[0][0], rows[0][1], more),
+        Fact(fast, f"{growth.slowest:.3g} 1/s", f"it doubles every {math.log(2.0) / growth.slowest:.3g} s"),
     ]
-    rows = [[one.what, one.value] for one in cards]
     shown = of_instability(mission, plan, at.tick * plan.ticks.step)
     kind, columns = VerdictKind.DISPROVED, ("at hover", "proved")
     return ProofVerdict(mission.name, kind, rows, says, columns=columns, pictures=shown, cards=cards)
