@@ -175,15 +175,15 @@ CASES = {
     "unknown controller": (
         controller("sliding-mode"),
         "controller.type",
-        "'sliding-mode'",
-        "allowed: those in docs/controllers.md, or your own FILE.py:NAME",
+        "unknown value 'sliding-mode'; allowed: geometric, pid, lqr, ",
+        ", or your own FILE.py:NAME",
     ),
     "controller of the paper's plant": (
         controller("completed-backstepping"),
         "controller.type = 'completed-backstepping' needs the paper's plant",
         "leave out preset",
     ),
-    "controller without a type": (section("controller", "k_x = 3.0"), "controller.type", "is required", "docs/controllers.md"),
+    "controller without a type": (section("controller", "k_x = 3.0"), "controller.type", "is required; allowed: geometric"),
     "unknown key of a controller": (controller("geometric", "K_R = 3.0"), "controller.K_R", "unknown key", "k_R", "k_Omega"),
     "key of another controller": (controller("backstepping", "P = 3.0"), "controller.P", "unknown key", "K_r1"),
     "gain zero": (controller("geometric", "k_x = 0.0"), "controller.k_x", "greater than 0"),

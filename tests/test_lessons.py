@@ -305,8 +305,8 @@ def test_hints_are_folded_below_their_exercises_and_a_lesson_says_what_its_row_o
         assert len(re.findall(r"^<details><summary>\d</summary>", text, re.MULTILINE)) == count
         hints = re.findall(r"^ {3}<details><summary>Hint</summary>", exercises, re.MULTILINE)
         assert len(hints) == exercises.count("Hint") > 0
-        (needs, minutes) = re.search(rf"{page.name}\) \| .* \| (.*) \| \d, (\d+)", table).groups()
-        assert f"You need {needs}. The exercises take about {minutes} minutes" in text, page.name
+        needs, hours, half = re.search(rf"{page.name}\) \| .* \| (.*) \| \d \| (\d)(½?) h", table).groups()
+        assert f"You need {needs}. The exercises take about {60 * int(hours) + 30 * bool(half)} minutes" in text, page.name
 
 
 def test_notebooks_have_cells_that_nbgrader_strips_and_grades(tmp_path, monkeypatch):
@@ -473,7 +473,7 @@ def test_a_loop_is_graded_where_a_course_asks_for_it():
 
 
 @pytest.mark.parametrize(("content", "said"), [
-    ('[[tasks]]\nname = "a"\nasks = "Fly."\nmost = { postion_rmse = 1.0 }\n', "did you mean position_rmse? Allowed, with"),
+    ('[[tasks]]\nname = "a"\nasks = "Fly."\nmost = { postion_rmse = 1.0 }\n', "did you mean position_rmse? Allowed: any"),
     ('[[tasks]]\nname = "a"\nasks = "Fly."\ngrade = "good"\n', "tasks[0].grade"),
     ("tasks = []\n", "tasks: "),
     ('[[tasks]]\nname = "b"\nasks = "Fly."\n', "unknown lesson or exercise 'a'; allowed: b"),

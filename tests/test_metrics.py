@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from quadstep import Mission
+from quadstep import fly as flown
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.quantities import LoggedFlight, attitude_error, position_errors
@@ -179,6 +180,16 @@ def test_the_documentation_names_every_metric_and_says_what_it_means():
     lines = (Path(__file__).parent.parent / "docs" / "metrics.md").read_text().splitlines()
     for one in (*REPORTED, *SCORED):
         assert any(f"`{one.name}`" in line and line.endswith(f"| {one.meaning} |") for line in lines), one.name
+
+
+def test_the_papers_plant_has_what_the_documentation_says_all_flights_have():
+    metrics = flown(Mission(path={"type": "step", "end": [0.0, 0.0, 1.0], "duration": 2.0})).metrics()
+    lines = (Path(__file__).parent.parent / "docs" / "metrics.md").read_text().splitlines()
+    others = [line.split("`")[1] for line in lines if "| real vehicles and other plants |" in line]
+    assert others == ["rotors.activity", "mean_thrust"]
+    assert metrics["largest_error[m]"] == 1.0
+    assert "mean_thrust[N]" not in metrics
+    assert "activity[N/s]" not in metrics["rotors"]
 
 
 def test_saturation_says_by_which_limit():

@@ -174,9 +174,9 @@ def test_an_unknown_vehicle_is_refused_with_the_known_ones(tmp_path):
 
 @pytest.mark.parametrize(("preset", "name"), [(None, "geometric"), ("x500", "completed-backstepping"), ("x500", "boat")])
 def test_a_controller_that_this_vehicle_does_not_fly_is_refused_with_those_that_it_does(tmp_path, preset, name):
-    allowed = "those in docs/controllers.md" if preset else ", ".join(controllers(State))
+    allowed = ", ".join(controllers(Measured if preset else State))
     other = {"geometric": "real vehicles", "completed-backstepping": "the paper's plant"}.get(name)
-    said = f"{name} flies {other}, not this vehicle" if other else f"unknown value '{name}'"
+    said = f"{name} flies only {other}" if other else f"unknown value '{name}'"
     with pytest.raises(UserError, match=f"--controller: {said}; allowed: {allowed}"):
         write_template(tmp_path / "mission.toml", preset, name)
     assert not list(tmp_path.iterdir())

@@ -23,7 +23,7 @@ def new(
     controller: Annotated[
         str | None,
         typer.Option(
-            help="Default: rotation-backstepping, or the paper's with --paper. (A file without one flies geometric.)"
+            help="Default: rotation-backstepping, or the paper's with --paper. (A mission that names none flies geometric.)"
         ),
     ] = None,
 ) -> None:

@@ -19,7 +19,7 @@ FAILED, BAD_INPUT, DIVERGED, UNMET, OUTPUT_LOST, INTERRUPTED = 1, 2, 3, 4, 5, 13
 
 
 LONGEST, LONGEST_VALUE, LONGEST_LIST = 1000, 60, 250
-"""Characters of a line, of a given value or name in it, and of a list of names in place of which a page can be named."""
+"""Characters of a line, of a given value or name in it, and of what is allowed, where one name was probably meant."""
 
 
 class UserError(Exception):
@@ -69,7 +69,7 @@ def errors_in(source: object, about: str = "") -> Iterator[None]:
         raise UserError(*(f"{source}: {about and f'{about}: '}{one}" for one in said)) from None
 
 
-def unknown_name(what: str, value: object, names: Iterable[str], other: str = "", see: str = "") -> str:
+def unknown_name(what: str, value: object, names: Iterable[str], other: str = "") -> str:
     """What is said of a name that is none of these: which one was probably meant, and the names as `listed` has them.
 
     >>> unknown_name("preset", "x50", ["crazyflie", "x500"])
@@ -78,20 +78,20 @@ def unknown_name(what: str, value: object, names: Iterable[str], other: str = ""
     "unknown mapping 'y'; allowed: a file"
     """
     known = list(names)
-    return f"unknown {what} {shorten(value)}{meant_of(value, known, f'allowed: {listed(known, other, see)}')}"
+    return f"unknown {what} {shorten(value)}{meant_of(value, known, f'allowed: {listed(known, other)}')}"
 
 
-def listed(names: Iterable[str], other: str = "", see: str = "") -> str:
-    """The names that are allowed, and what else is; of names that take more than `LONGEST_LIST`, where they are listed."""
+def listed(names: Iterable[str], other: str = "") -> str:
+    """The names that are allowed, and what else is."""
     known = ", ".join(names)
-    known = f"those in {see}" if see and len(known) > LONGEST_LIST else known
     return f"{known}, or {other}" if known and other else known or other or "none"
 
 
 def meant_of(value: object, names: Sequence[str], allowed: str) -> str:
-    """The end of a refusal: which of the names was probably meant, if one is like it, and then what is allowed."""
+    """The end of a refusal: which of the names was probably meant, if one is like it; what is allowed, unless that is long."""
     meant = did_you_mean(value, names)
-    return f"{meant} {allowed[0].upper()}{allowed[1:]}" if meant else f"; {allowed}"
+    short = f" {allowed[0].upper()}{allowed[1:]}" if len(allowed) <= LONGEST_LIST else ""
+    return f"{meant}{short}" if meant else f"; {allowed}"
 
 
 def did_you_mean(value: object, names: Sequence[str]) -> str:

@@ -6,8 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
-from quadstep.interfaces.log import Metric
-from quadstep.io.errors import UserError, listed, meant_of, number_in
+from quadstep.io.errors import UserError, meant_of, number_in
 from quadstep.metrics.statistics import LEVEL, Estimate
 from quadstep.metrics.verdict import Case
 
@@ -60,18 +59,12 @@ def without_unit(metric: str) -> str:
     return metric.partition("[")[0]
 
 
-def with_full_names(
-    requirements: Collection[Requirement], names: Collection[str], own: Collection[Metric] = ()
-) -> list[Requirement]:
-    """The requirements with the full names of their metrics. own: those that the mission names besides.
-
-    Raises UserError for metrics that are not known.
-    """
+def with_full_names(requirements: Collection[Requirement], names: Collection[str]) -> list[Requirement]:
+    """The requirements with the full names of their metrics. Raises UserError for metrics that are not known."""
     full = {without_unit(metric): metric for metric in names} | {metric: metric for metric in names}
     for one in requirements:
         if one.metric not in full:
-            see = ", ".join(("docs/metrics.md", *(one.name for one in own)))
-            allowed = f"allowed, with or without the unit: {listed(sorted(names), see=see)}"
+            allowed = "allowed: any number of its metrics.json, with or without the unit"
             said = f"is not a metric of this flight{meant_of(without_unit(one.metric), [*map(without_unit, names)], allowed)}"
             raise UserError(f"{OPTION}: {one.metric!r:.60} {said}")
         most = BOUNDS.get(full[one.metric], math.inf)

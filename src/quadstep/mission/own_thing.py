@@ -29,9 +29,6 @@ from quadstep.numbers import Vector
 KEY = re.compile(r"[^\W_]\w*")
 """Of a gain."""
 
-SEE = {CONTROLLERS: "docs/controllers.md", METRICS: "docs/metrics.md"}
-"""Pages that list what a `type` may be, by group of entry points."""
-
 
 def check_gain(one: Gain) -> None:
     """Refuses a number that no key can be made of, or whose default its own range refuses. Raises TypeError or ValueError."""
@@ -98,14 +95,12 @@ def or_own(
 
 def unknown_type(kind: object, own: Iterable[str], group: str) -> UserError:
     """What is said of a `type`, None if missing, that names nothing: own are the package's, group those of entry points."""
-    names, see = named(own, group), SEE.get(group, "")
-    allowed = f"allowed: {listed(names, OWN, see)}"
+    names = named(own, group)
+    allowed = f"allowed: {listed(names, OWN)}"
     if kind is None:
         return UserError(f"is required; {allowed}")
     others = flown_by(kind) if group == CONTROLLERS else ""
-    return UserError(
-        f"{kind} flies {others}, not this vehicle; {allowed}" if others else unknown_name("value", kind, names, OWN, see)
-    )
+    return UserError(f"{kind} flies only {others}; {allowed}" if others else unknown_name("value", kind, names, OWN))
 
 
 class NumbersSection(Section):

@@ -190,7 +190,7 @@ class Room:
         self.mission, self.text = read_mission(place), files.read_text(place, files.TOML)
         metric = Requirement(self.section.metric, math.inf)
         try:
-            (full,) = with_full_names([metric], metric_names(self.mission, self.mission.plan()), self.mission.own_metrics)
+            (full,) = with_full_names([metric], metric_names(self.mission, self.mission.plan()))
         except UserError as error:
             raise UserError(f"{file}: {str(error).replace('--require', 'metric', 1)}") from None
         usual = cast("dict[str, object]", plain(self.mission.model_dump(mode="json")))

@@ -111,7 +111,7 @@ def fly_mission(
         section.watch(lambda stage: progress(stage, 0, 1), pilot.first_wait)
         if pilot.pilot:
             section.lead(plan, mission.modelled.model(), pilot.where, pilot.say)
-    required = with_full_names(required, metric_names(mission, plan), mission.own_metrics) if required else []
+    required = with_full_names(required, metric_names(mission, plan)) if required else []
     if sheet and sheet.signals:
         sheet.check_signals(labels_of(mission.figures(log_before_flight(plan, 1.0))))  # before it is flown
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
