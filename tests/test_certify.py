@@ -266,7 +266,7 @@ def test_the_other_verdicts_have_their_numbers():
     assert facts(broken)[0][1:3] == ("violated", "")
     lost = answer(c._replace(outcome=Outcome.SPINNING, ended=3.5))
     assert lost.startswith("Lost at 3.5 s. Up to 4 s, this flight meets the conditions of Theorem 5.1 but does not test")
-    assert "does test it" not in lost  # which flies as it should not, whatever it is told
+    assert "tests it in yaw" not in lost  # which flies as it should not, whatever it is told
 
 
 def test_a_flight_whose_coupling_raises_l_outside_the_ball_contradicts_the_theorem_as_printed():

@@ -208,6 +208,9 @@ def test_saturation_says_by_which_limit():
         "50 %", "of the time: by the lowest thrust 50 %, by full thrust 25 %",
     )  # fmt: skip
     assert warned(rotor_metrics(log, np.full((8, 2), 2.0), 0.0, 4.0))[1] == []
+    tilt = {"largest_tilt[rad]": 0.8}
+    tilts = [of_limits(tilt, counted=since)[0].more for since in ("", " from 15 s on")]
+    assert tilts == ["between thrust and vertical", "between thrust and vertical, in the whole flight"]
 
 
 @pytest.mark.parametrize(("least", "shown"), [(-302.4, True), (0.0, False), (1e-9, False)])
@@ -236,3 +239,6 @@ def test_the_largest_error_names_what_had_happened_last_before_it(more, after):
     log = FlightLog(columns, rows, Outcome.COMPLETED, 5.0, None)
     said = worst(log, 0.0, mission.moments).replace("\N{NO-BREAK SPACE}", " ")
     assert said == f", at 3 s{after}"
+    assert [one.time for one in mission.moments if one.word == "released"] == [
+        one["until"] for one in more.get("events", ()) if "until" in one
+    ]  # so that what follows is not put down to the next event

@@ -153,14 +153,16 @@ def test_an_error_is_said_as_a_share_of_the_size_of_a_path_that_moves(turns, sin
         assert found == "The path's size, 6.94 m, is the RMSE of a vehicle that never leaves its start. "
         wide = log._replace(rows=log.rows * np.array([1.0, 10.0, 10.0, 10.0, 10.0]))
         assert of_size(wide, metrics, since).endswith("start (distances above 30 m count as 30 m). ")
-        assert said == "The flight completed 10 s with a position RMSE of 139 mm, 2 % of what standing still would give."
+        assert said == "The flight completed 10 s with a position RMSE of 139 mm, 2 % of the path's size."
         for grade, ends in (
             ("fragile", "; its loop is fragile at rest."),
-            ("sound", "standing still would give."),
+            ("sound", "the path's size."),
         ):
             rest = {"margins_at_rest": {"grade": grade, "why": "phase margin 29.4°"}}
             assert answer(log, {**metrics, **rest, "outcome": "completed"}, size=found).endswith(ends)
         large = answer(log, {**metrics, "relative_error": 0.2, "outcome": "completed"}, size=found)
+        for told in ({"relative_error": 1e-5}, {"relative_error": 0.02, "overturned[rad]": 3.0}):  # no percentage to explain
+            assert not of_size(log, {**metrics, **told, "outcome": "completed"}, since)
         assert " mm. However, its error is large: 20 % of the path's size (limit 10 %)" in large.replace("\u00a0", " ")
     else:
         assert not found

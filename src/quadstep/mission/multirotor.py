@@ -254,7 +254,7 @@ class MultirotorMission(Mission):
         if gust:
             events.append((gust.start, gust.start + gust.length, "the gust began", "the gust ended", "gust"))
         found = [EventMark(begin, began, word, end) for begin, end, began, _, word in events]
-        found += [EventMark(end, ended) for _, end, _, ended, _ in events]
+        found += [EventMark(end, ended, "released" * ended.endswith("released")) for _, end, _, ended, _ in events]
         return found or super().moments
 
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:

@@ -117,17 +117,16 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", s
         return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}{loop}."
     off, found = metrics.get("position_rmse[m]"), graded(metrics)
     part = cast(float, metrics.get("relative_error") or 0.0)
-    share = (
-        f", {units.percent(part)} of what standing still would give" if size and not found.reasons and part >= LEAST else ""
-    )
+    share = f", {units.percent(part)} of the path's size" if size and not found.reasons and part >= LEAST else ""
     error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}{share}{counted}" if off is not None else ""
     return f"The flight completed {log.ended:g} s{error}{loop}. {found.sentence}".strip()
 
 
 def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
-    """The size of a completed flight's path, of which its RMSE is a share, with a blank; "" where the path is a point."""
-    share, off = metrics.get("relative_error"), metrics.get("position_rmse[m]")
-    if log.outcome is not Outcome.COMPLETED or not (share and isinstance(share, float) and isinstance(off, float)):
+    """The size of a completed flight's path, of which its RMSE is said to be a share, with a blank; "" where it is not."""
+    share, off, found = metrics.get("relative_error"), metrics.get("position_rmse[m]"), graded(metrics)
+    told = log.outcome is Outcome.COMPLETED and (not found.reasons or "large error" in found.labels)
+    if not (told and isinstance(share, float) and isinstance(off, float) and share >= LEAST):
         return ""
     wanted = log.table(*(f"{axis}_d" for axis in quantities.position_axes(log)))[log.column("t") >= since]
     if not moves(wanted):
@@ -170,15 +169,17 @@ def facts(metrics: Metrics, counted: str = "", when: str = "", battery: bool = F
     rest = rest_of(metrics)
     kind = BAD_LOOPS.get(rest.get("grade", ""), "")
     loop = [markup.Fact("loop at rest where the path begins", rest["grade"], rest["why"], kind=kind)] if rest else []
-    return [*found, *of_limits(metrics, battery), *loop]
+    return [*found, *of_limits(metrics, battery, counted), *loop]
 
 
-def of_limits(metrics: Metrics, battery: bool = False) -> list[markup.Fact]:
+def of_limits(metrics: Metrics, battery: bool = False, counted: str = "") -> list[markup.Fact]:
     """How close the vehicle came to its limits in the whole flight, as far as it has that."""
     found = []
     if "largest_tilt[rad]" in metrics:
         tilt = f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°"
-        found.append(markup.Fact("largest tilt", tilt, "between thrust and vertical"))
+        found.append(
+            markup.Fact("largest tilt", tilt, f"between thrust and vertical{', in the whole flight' * bool(counted)}")
+        )
     if "largest_thrust_share" in metrics:
         share = metric(metrics, "largest_thrust_share")
         more = f"of the rotors' total thrust{' on a full battery' * battery} was never used"

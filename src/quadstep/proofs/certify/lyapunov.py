@@ -35,6 +35,7 @@ class ConditionMargins(NamedTuple):
     k_1: float
     k_2: float
     l_2: float
+    weight: float
     thrust: float
     thrust_bound: float | None
     thrust_bound_anywhere: float | None
@@ -109,6 +110,7 @@ def conditions(plan: FlightPlan, inertia: Array, thrust: Array) -> ConditionMarg
         k_1=k_1,
         k_2=k_2,
         l_2=l_2,
+        weight=vehicle.mass * vehicle.gravity,
         thrust=float(thrust.max()),
         thrust_bound=bound(k_2),
         thrust_bound_anywhere=bound(smallest(gains.gain_2) - inner_anywhere),

@@ -119,8 +119,8 @@ def brief(value: float | None, unit: str = "") -> str:
 
 
 def joules(value: float, most: float) -> str:
-    """In the unit that suits the largest value of its table, or one much smaller."""
-    unit, factor = units.handy("J", most if abs(value) > 1e-4 * most else abs(value))
+    """In the unit that suits the largest value of its table."""
+    unit, factor = units.handy("J", most)
     return f"{factor * value + 0.0:.4g} {unit}"
 
 

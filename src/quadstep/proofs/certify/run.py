@@ -56,10 +56,8 @@ def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | No
 
 def bounded(name: str, values: Array, bound: str, radius: float | None, later: Array, unit: str = "m/s, rad/s") -> Panel:
     """A line and the radius it is held against. later: how it goes on, if it does."""
-    lines = {name: values, **({UNJUDGED: np.append(values, later)} if len(later) else {})}
-    if radius is not None:
-        lines[f"{bound} = {radius:.3g}"] = np.full(len(values), radius)
-    return Panel(name, unit, lines, LOG)
+    lines = {name: values, **({f"{bound} = {radius:.3g}": np.full(len(values), radius)} if radius is not None else {})}
+    return Panel(name, unit, {**lines, **({UNJUDGED: np.append(values, later)} if len(later) else {})}, LOG)
 
 
 def figures_of(c: FlightCertificate, name: str) -> list[FigureJob]:
@@ -114,8 +112,8 @@ ASKED = (
 BALL = (
     "L (Eq. 55) joins all errors in one energy: the filtered errors r = (r_1, r_2), their integrals, and how far the weights "
     "of the nets are from ideal ones. Theorem 5.1 promises that L falls while |r| > b_r = (kappa W_B^2 / 4 + eps_N) / K_min, "
-    "where eps_N is the largest error that even ideal weights leave, and W_B their size. As in the paper, |r| mixes m/s and "
-    "rad/s."
+    "where W_B is the size of the ideal weights and eps_N the largest error that even they leave, not only of the disturbance "
+    "but of the torque that turns the vehicle as commanded (Eq. 33). As in the paper, |r| mixes m/s and rad/s."
 )
 CHANGED = (
     "The terms of dL/dt are those of a command that changes continuously; the flown one is held from sample to sample, and "

@@ -90,7 +90,7 @@ def answer(c: FlightCertificate) -> str:
         began = f"Lost at {c.ended:.4g} s. Up to {c.until:.3g} s, this" if lost else "This"
         said = [f"{began} flight {ANSWERS[what]}{more.get(what, '')}."]
     said += untested(c) if what == "sign consistent" else []
-    said += [f"The flight of {TESTING} does test it."] * (what == "untested" and not lost)
+    said += [f"The flight of {TESTING} tests it in yaw."] * (what == "untested" and not lost)
     return " ".join(said)
 
 
@@ -100,7 +100,8 @@ def omitted(c: FlightCertificate) -> str:
     if not k.hold:
         return f"The corrected condition does not: {'; '.join(k.broken())}."
     covered = f"With the coupling of the loops, which they leave out, the proof covers thrusts up to {k.thrust_bound:.4g} N"
-    return f"{covered}; this flight took {k.thrust:.4g} N{f' before {c.until:.3g} s' * bool(len(c.later))}."
+    heavy = k.weight > (k.thrust_bound or 0.0)
+    return f"{covered}; {'hovering alone takes' if heavy else 'this flight took'} {k.weight if heavy else k.thrust:.4g} N."
 
 
 def untested(c: FlightCertificate) -> list[str]:
@@ -181,7 +182,7 @@ def seen(c: FlightCertificate) -> str:
     """What the figure of |r| and of the thrust shows of this flight."""
     judged = f"Up to {c.until:.3g} s, " * bool(len(c.later))
     why = f": the law then commands {c.undefined}{NO_RATES}" * bool(c.undefined)
-    rest = f" What follows is faint and not judged{why}." if judged else ""
+    rest = f" What follows is grey and not judged{why}." if judged else ""
     bound = c.conditions.thrust_bound
     return f"{judged}{of_ball(c)}.{rest}{f' The proof covers thrusts up to {bound:.4g} N.' if bound else ''}"
 

@@ -214,7 +214,7 @@ def still_open(
 
 def unstable(mission: Mission, plan: FlightPlan, at: Hover, growth: Instability) -> ProofVerdict:
     """The verdict that hover is not a stable equilibrium."""
-    more = "one for each state of vehicle and law; `linear` also counts held commands"
+    more = "of the linearised loop from sample to sample, enclosed by interval arithmetic"
     place, nets = ", ".join(f"{one:g}" for one in at.position), mission.controller.table
     says = [
         f"hover at the path's end, ({place}) m, is proved unstable. Flights that begin near it do not all stay near it. "
@@ -222,7 +222,7 @@ def unstable(mission: Mission, plan: FlightPlan, at: Hover, growth: Instability)
         *consequence(plan),
     ]
     if nets and nets.enabled:
-        says.append("At the path's start, which `fly` and `linear` judge, errors grow at another rate: the nets act by place.")
+        says.append("At the path's start, which `fly` and `linear` judge, the rate differs: the nets take position as an input.")
     bounds = f"{rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s"
     fast = "growth of the fastest error"
     rows = [["eigenvalues outside the unit circle", f"{growth.unstable} of {growth.states}"], [fast, bounds]]
