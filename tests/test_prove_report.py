@@ -173,7 +173,7 @@ def test_unstable_hover_has_its_cards_and_a_flight_that_leaves_it(tmp_path):
         "of the linearised loop from sample to sample, enclosed by interval arithmetic",
         "it doubles every 0.322 s",
     ]
-    assert "the rate differs: the nets take position as an input." in text
+    assert "the rate differs: nets take position as an input." in text
     far, *_ = re.findall(r"a flight that begins 1 mm from that hover along each axis: ([\d.]+) m at", text)
     assert float(far) > 95.0  # flown until it is beyond the limit of 100 m
 

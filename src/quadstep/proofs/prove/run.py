@@ -222,7 +222,7 @@ def unstable(mission: Mission, plan: FlightPlan, at: Hover, growth: Instability)
         *consequence(plan),
     ]
     if nets and nets.enabled:
-        says.append("At the path's start, which `fly` and `linear` judge, the rate differs: the nets take position as an input.")
+        says.append("At the path's start, which `fly` and `linear` judge, the rate differs: nets take position as an input.")
     bounds = f"{rounded_down(growth.slowest, 6):g} to {rounded_up(growth.fastest, 6):g} 1/s"
     fast = "growth of the fastest error"
     rows = [["eigenvalues outside the unit circle", f"{growth.unstable} of {growth.states}"], [fast, bounds]]
