@@ -321,6 +321,14 @@ def test_links_of_the_text_set_a_figure_and_sliders_reach_their_ends(opened):
 
 
 @needs(CHROMIUM)
+def test_an_axis_has_more_than_one_number(opened):
+    page = opened(1024)
+    page.locator("a", has_text="Slow the inner loop down tenfold").click()
+    heights = "all => all.filter(one => one.getAttribute('text-anchor') === 'end').map(one => one.textContent)"
+    assert until(page, lambda: page.locator("#nested .tick").evaluate_all(heights)[-4:] == ["−40", "−20", "0", "20"])
+
+
+@needs(CHROMIUM)
 def test_back_returns_from_a_figure_to_its_link_and_a_resting_mouse_lights_nothing(opened):
     page = opened(1024)
     link = page.locator("a[data-set='Lambda1=2 K_r1=6 time=0.6']")

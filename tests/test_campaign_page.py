@@ -153,6 +153,40 @@ def test_a_control_of_what_the_campaign_varies_is_refused_in_words(open_page):
     assert not page.locator("#reset").is_enabled()
 
 
+DRAWN = """() => new Promise((tell) => {
+  const [rectangles, words, own] = [[], [], CanvasRenderingContext2D.prototype];
+  const [fill, write] = [own.fillRect, own.fillText];
+  const mine = (pen) => pen.canvas === document.querySelector("#rate canvas");
+  own.fillRect = function (...of) {
+    if (mine(this)) rectangles.push([of[2], of[3], this.fillStyle]);
+    fill.apply(this, of);
+  };
+  own.fillText = function (...of) {
+    if (mine(this)) words.push(of[0]);
+    write.apply(this, of);
+  };
+  document.querySelector("#theme").click();
+  requestAnimationFrame(() => requestAnimationFrame(() => {
+    [own.fillRect, own.fillText] = [fill, write];
+    tell([rectangles, words]);
+  }));
+})"""
+
+
+@needs(CHROMIUM)
+def test_the_limit_is_an_edge_between_bars_so_that_colours_count_failures(open_page):
+    page = open_page()
+    page.wait_for_function("() => quadstep.rate()?.done")
+    flown = page.evaluate("quadstep.rate()")
+    errors = [error for error, code in zip(flown["largest_error"], flown["outcome"], strict=True) if code == 0]
+    rectangles, words = page.evaluate(DRAWN)
+    (tallest,) = (int(word.split()[0]) for word in words if "flight" in word)
+    bars = [(height, colour) for width, height, colour in rectangles if width < 20]
+    scale = tallest / max(height for height, _ in bars)
+    good = round(scale * sum(height for height, colour in bars if colour == bars[0][1]))
+    assert good == sum(error <= 0.2 for error in errors) < len(errors)
+
+
 @needs(CHROMIUM)
 def test_while_nothing_is_counted_no_count_is_shown(open_page):
     page = open_page()

@@ -32,6 +32,10 @@ def test_a_flight_breaks_the_rules_that_it_breaks(name):
     assert found.grade is (FlightGrade.FLEW_BUT if broken else FlightGrade.AS_COMMANDED)
     assert len(found.reasons) == len(broken)
     assert all(f"limit {limit:g}" in reason for limit, reason in zip(limits(broken), found.reasons, strict=True))
+    assert all(
+        ("rms" in reason) == (metric in ("heading_error[rad]", "shaking[rad]"))
+        for metric, reason in zip(broken, found.reasons, strict=True)
+    )
 
 
 def limits(broken):

@@ -212,13 +212,17 @@ def test_without_javascript_nothing_is_shown_but_that_it_is_needed(open_page, pa
 @pytest.fixture(scope="module")
 def noted_file(tmp_path_factory):
     """A fragile flight with a text and claims beside it, as the paper's have."""
+    claims = [ClaimView(f"It {one}", "As stated.", "As measured.", one, (), "", ()) for one in ("holds", "fails")]
+    return with_claims(tmp_path_factory.mktemp("noted"), claims)
+
+
+def with_claims(folder, claims):
     mission = read_mission(EXAMPLES / "case1.toml")
     plan = mission.plan(EXAMPLES)
-    shown = flown_mission(mission, plan, fly(plan), EXAMPLES)._replace(note="Three commands at once.", claims=(0, 1))
+    places = tuple(range(len(claims)))
+    shown = flown_mission(mission, plan, fly(plan), EXAMPLES)._replace(note="Three commands at once.", claims=places)
     rest = {AT_REST: {"grade": "fragile", "why": "phase margin 29.4° in thrust (less than 30.0°)"}}
-    claims = [ClaimView(f"It {one}", "As stated.", "As measured.", one, (), "", ()) for one in ("holds", "fails")]
-    text = build_page("Noted", (), [shown._replace(metrics={**shown.metrics, **rest})], claims)
-    return write(tmp_path_factory.mktemp("noted"), text, "page.html")
+    return write(folder, build_page("Noted", (), [shown._replace(metrics={**shown.metrics, **rest})], claims), "page.html")
 
 
 HEIGHTS = "['#scene-box', '#summary'].map((one) => document.querySelector(one).getBoundingClientRect().height)"
@@ -498,6 +502,12 @@ def test_typed_number_is_held_to_its_bounds_and_nonsense_is_left(open_page, brie
     assert "set=backstepping.K_r1:4.5,4.5,4.5" in page.url
 
 
+def test_paper_has_no_half_empty_sheet(open_page, tmp_path):
+    claims = [ClaimView(f"Claim {one}", "As stated. " * 8, "As measured. " * 12, "holds", (), "", ()) for one in range(8)]
+    page = open_page(file=with_claims(tmp_path, claims))
+    assert len(re.findall(rb"/Type\s*/Page\b", page.pdf(prefer_css_page_size=True))) <= 3
+
+
 def test_paper_shows_every_plot_and_nothing_to_press(open_page, brief_file):
     page = open_page(file=brief_file, scheme="dark")
     theme = page.locator("html")  # which follows with the next frame
@@ -514,6 +524,7 @@ def test_paper_shows_every_plot_and_nothing_to_press(open_page, brief_file):
     page.evaluate("quadstep.setControl('t_f', 6)")
     said = r"Changed settings: t_f = 6\ss \(original: \d+\ss\)\. Link: .+\.html#flight=.+&set=t_f:6"
     assert len(re.findall(said, page.locator("#summary").inner_text())) == 1
+    assert not page.locator(".claim .facts").first.is_visible(), "numbers of the original flight above plots of another"
     page.emulate_media(media="screen")
     assert "Changed settings" not in page.locator("main").inner_text()
     assert page.locator("#transport").is_visible() and until(page, lambda: theme.get_attribute("data-theme") == "dark")

@@ -222,6 +222,14 @@ def test_the_end_of_a_lost_flight_does_not_flatten_what_came_before(open_page):
     assert "runs off" not in held.locator("#plot-position-error").inner_text()
 
 
+def test_the_end_of_a_lost_flight_does_not_flatten_the_force_of_its_net(open_page):
+    page = open_page("#set=disturbance:3.79&set=t_f:14.667")
+    open_chooser(page)
+    page.get_by_label("Net: force, neurons and weights").check()
+    assert page.locator("#plot-net .note").inner_text().startswith("The end is off scale")
+    assert {"−0.3", "0.4"} <= set(words_of(page, "net"))
+
+
 def test_a_map_stands_beside_its_flights_and_the_one_of_the_median_error_is_seen_first(open_page, tmp_path):
     axes = "--x", "disturbance.scale=0:2:3", "--y", "path.duration=20:40:3"
     assert quadstep("envelope", CASE_1, *axes, "--out", tmp_path / "map").code == 0

@@ -47,7 +47,9 @@ export class Plot {
   framed(xName: string, yName: string, ...inside: string[]): string {
     const { left, top, width, height } = this.box;
     const across = ticks(this.xs[0], this.xs[1], Math.max(2, Math.floor(width / 90)));
-    const up = ticks(this.ys[0], this.ys[1], Math.max(2, Math.floor(height / (height > 200 ? 56 : 22))));
+    const many = Math.max(2, Math.floor(height / (height > 200 ? 56 : 22)));
+    const few = ticks(this.ys[0], this.ys[1], many);
+    const up = few.length > 1 ? few : ticks(this.ys[0], this.ys[1], 2 * many); // one number gives no scale
     const [names, heights] = [labels(across), labels(up)];
     const grid = [
       ...across.map((v, i) => `<path class="grid" d="M${px(left + this.x(v))} ${px(top)}v${px(height)}"/><text class="tick" text-anchor="middle" x="${px(left + this.x(v))}" y="${px(top + height + 15)}">${names[i]}</text>`),

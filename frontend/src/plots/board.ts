@@ -20,6 +20,7 @@ import { Plot } from "./plot";
 import { offCommand } from "./offcommand";
 import { TimeWindow, calm } from "./range";
 
+const CUT = "The end is off scale; drag across the plot to zoom.";
 const WHOLE = "Pale bands: the thrust that each rotor would make at its speed without the fault.";
 
 interface Offer {
@@ -120,17 +121,23 @@ export class Board {
   private panel(id: string, shown: Shown, log: boolean | undefined): Panel | undefined {
     if (id === NET) {
       const net = this.session.net(shown);
-      return net && netPanel(net, log ?? false);
+      return net && this.ending(netPanel(net, log ?? false), shown);
     }
     const data = shown.data.panels.find((panel) => panel.id === id);
     const found = data && panelOf({ ...data, log: log ?? data.log }, shown.flight, this.overlays(shown));
-    const panel = found && (shown.flight.held ? found : { ...found, lost: shown.flight.ended });
+    const panel = found && this.ending(found, shown);
     const { since } = shown.data.summary;
     const counts = `Shaded: errors count only from ${plain(since)} s on.`;
     if (panel && since > 0 && id.startsWith("position")) return { ...panel, uncounted: since, ...(id === "position" ? { note: counts } : {}) };
-    const cut = panel && calm(panel, this.window.whole) ? "The end is off scale; drag across the plot to zoom." : "";
-    const note = cut && id === "position-error" ? cut : id === "attitude" ? offCommand(shown) : id === "rotors" && shown.flight.has("f1_whole") ? WHOLE : "";
+    const note = id === "attitude" ? offCommand(shown) : id === "rotors" && shown.flight.has("f1_whole") ? WHOLE : "";
     return panel && note ? { ...panel, note } : panel;
+  }
+
+  /** A panel of a flight that may be lost, and whether that dwarfs the rest; said where nothing else on the page says so. */
+  private ending(panel: Panel, { flight }: Shown): Panel {
+    const lost = flight.held ? panel : { ...panel, lost: flight.ended };
+    const told = [NET, "position-error"].includes(panel.id) && calm(lost, this.window.whole);
+    return told ? { ...lost, note: `${CUT} ${panel.note}`.trim() } : lost;
   }
 
   /** All that may be shown of a flight, and what is: new plots, those of its columns, and its net, which is not unless chosen. */

@@ -16,6 +16,7 @@ import { Pool, type Setting } from "./pool";
 type Metric = keyof Rate["failure"];
 const NAMES: Record<Metric, string> = { largest_error: "largest error", position_rmse: "position RMSE" };
 const BINS = 48;
+const ENDS = [2, 3, 6, 12, 24, BINS]; // times the limit, which is then an edge of a bin
 const HEIGHT = 120; // px
 
 export class RatePanel {
@@ -122,11 +123,11 @@ export class RatePanel {
     const name = `${NAMES[metric]}${this.from}`;
     const limit = rate.failure[metric];
     const kept = completed(tally, metric);
-    const most = this.most.get(metric) || roundUp(Math.max(...kept, limit ? 1.6 * limit : 0)) || 1;
+    const most = this.most.get(metric) || (limit ? limit * endOf(kept, limit) : roundUp(Math.max(...kept))) || 1;
     if (tally.done && kept.length) this.most.set(metric, most);
     const counts = binned(kept, most);
     const usual = this.original ? binned(completed(this.original, metric), most).map((count) => (count * tally.flown) / rate.flights) : [];
-    const above = kept.filter((value) => value >= most).length;
+    const above = kept.filter((value) => value > most).length;
     const lost = tally.code.filter((code) => code > 0).length;
     const width = canvas.parentElement?.clientWidth ?? 0;
     const pen = canvas.getContext("2d");
@@ -153,7 +154,7 @@ export class RatePanel {
     const outline = usual.flatMap((count, i) => [i, i + 1].flatMap((edge) => [x((edge * most) / BINS), floor - (count / tallest) * (floor - top)]));
     if (outline.length) surface.polyline(outline, { colour: colours.ink, width: 1.2, dash: [] });
     if (limit !== undefined) {
-      surface.polyline([x(limit), 4, x(limit), floor], { colour: colours.ink, width: 1, dash: [3, 3] });
+      surface.polyline([x(limit), x(limit) < 68 ? top : 4, x(limit), floor], { colour: colours.ink, width: 1, dash: [3, 3] });
       surface.text(Math.max(x(limit) + 4, 68), 8, "limit", { ...small, align: "left" });
     }
     surface.polyline([6, top + 0.5, right, top + 0.5], { colour: colours.line, width: 1, dash: [2, 3] });
@@ -165,11 +166,11 @@ export class RatePanel {
       if (count) surface.text(middle, 8, `${count}`, { ...small, colour: colours.ink });
       surface.text(middle, floor + 11, name, small);
     };
-    if (above) apart(width - 71, above, `≥ ${plain(most)}`, limit === undefined ? colours.blue : colours.vermillion);
+    if (above) apart(width - 71, above, `> ${plain(most)}`, limit === undefined ? colours.blue : colours.vermillion);
     apart(width - 21, lost, "lost", colours.vermillion);
     for (const value of marks(0, most, right / 70)) if (!above || x(value) < right - 10) surface.text(x(value), floor + 11, plain(value), small);
     surface.text((6 + right) / 2, floor + 26, `${name} [m]`, small);
-    canvas.setAttribute("aria-label", `Histogram of the ${name} of ${kept.length} completed flights${above ? `, ${above} of them at ${plain(most)} m or above` : ""}; ${lost} were lost.`);
+    canvas.setAttribute("aria-label", `Histogram of the ${name} of ${kept.length} completed flights${above ? `, ${above} of them above ${plain(most)} m` : ""}; ${lost} were lost.`);
   }
 }
 
@@ -178,10 +179,15 @@ function completed(tally: Tally, metric: Metric): Float64Array {
   return tally[metric].filter((value, i) => tally.code[i] === 0 && Number.isFinite(value));
 }
 
-/** How many values each bar holds, of those below `most`. */
+/** How many limits the axis spans: so many that few values lie beyond. */
+function endOf(values: Float64Array, limit: number): number {
+  return ENDS.find((end) => values.filter((value) => value > end * limit).length <= values.length / 20) ?? BINS;
+}
+
+/** How many values each bar holds, of those up to `most`; one on an edge is in the bar below it, as a flight at its limit is a success. */
 function binned(values: Float64Array, most: number): number[] {
   const counts = new Array<number>(BINS).fill(0);
-  for (const value of values) if (value < most) counts[Math.min(Math.floor((value / most) * BINS), BINS - 1)]!++;
+  for (const value of values) if (value <= most) counts[Math.max(Math.ceil((value / most) * BINS) - 1, 0)]!++;
   return counts;
 }
 

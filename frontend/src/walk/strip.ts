@@ -73,13 +73,14 @@ export class Strip {
 }
 
 /** What the marks mean, as far as they occur. */
-function key({ flights }: PageData): HTMLElement | null {
+function key({ flights, claims }: PageData): HTMLElement | null {
   const grades = (Object.keys(MARKS) as (keyof typeof MARKS)[]).filter((grade) => flights.some(({ outcome, cell }) => !cell?.colour && graveness(outcome) === grade));
   if (grades.length < (flights.some(({ cell }) => cell?.colour) ? 1 : 2)) return null;
   return h(
     "p",
     { class: "key-line" },
     ...grades.map((grade) => h("span", {}, h("span", { class: `dot ${MARKS[grade].kind}`, "aria-hidden": "true" }), grade)),
+    claims.length ? "A claim may concern several flights, or none." : null,
   );
 }
 

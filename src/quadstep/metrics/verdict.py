@@ -92,7 +92,7 @@ HALF_TURN = 180.0 / 3.141592653589793
 
 RULES = (
     Rule("relative_error", 0.1, "large error", "its error is large: {} % of the path's size (limit 10 %)", 100.0),
-    Rule("heading_error[rad]", 0.5235987755982988, "off its heading", "its nose was {}° off its heading (limit 30°)",
+    Rule("heading_error[rad]", 0.5235987755982988, "off its heading", "its nose was {}° rms off its heading (limit 30°)",
         HALF_TURN),
     Rule("overturned[rad]", 1.5707963267948966, "overturned", "it tilted to {}° (limit 90°)", HALF_TURN),
     Rule("shaking[rad]", 0.08726646259971647, "shaking", "its thrust axis swung by {}° rms in its second half (limit 5°)",
@@ -128,7 +128,7 @@ class Graded(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """`However, its nose was 45° off its heading (limit 30°).`; empty where a flight was as commanded or lost."""
+        """`However, its nose was 45° rms off its heading (limit 30°).`; empty where a flight was as commanded or lost."""
         return f"However, {together(self.reasons)}. {self.advice}".strip() if self.reasons else ""
 
 

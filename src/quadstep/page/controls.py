@@ -166,7 +166,7 @@ def wind_controls(wind: object) -> list[Control]:
         return number_sliders(wind, "wind")
     mean, gust = (vector_components(one, AXES, f"wind.{name}") for name, one in (("mean", wind.mean), ("gust", wind.gust)))
     return [
-        control("wind", "mean wind", "m/s", mean, (-10.0, 10.0), "Velocity of the air without gust and turbulence."),
+        control("wind", "mean wind", "m/s", mean, (-20.0, 20.0), "Velocity of the air without gust and turbulence."),
         control("gust", "gust", "m/s", gust, (-10.0, 10.0), "Velocity of the air at its peak, added to the mean wind."),
     ]
 
