@@ -31,6 +31,7 @@ from quadstep.page.comparison import conditions, row, words
 from quadstep.page.folder import manifest, names_files, open_result, plan_again, read_log, results
 from quadstep.page.serve import server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
+from quadstep.page.thumbnails import short
 from quadstep.report.drawing import FigureJob
 from quadstep.report.markup import Fact, disclosure, heading, page_text, summary, table
 from quadstep.report.panel import Panel
@@ -551,7 +552,7 @@ def test_two_reports_of_a_kind_are_compared_by_the_values_of_their_tables_and_no
     assert "answer Answer a. Answer b. loop at rest sound sound succeed 2.5 % 7.25 %" in told
     assert "Margins a b roll: delay [ms] 51.7 23.8" in told and "Where it was flown a b mission a.toml b.toml" in told
     assert not any(one in told for one in ("k_v", "yaw", "17", "seed", "k_x", "of them", "second / first"))
-    assert 'loop <b class="good"><span aria-hidden="true">✓</span> sound</b>' in answer(tmp_path, "/").text
+    assert '<b class="good"><span aria-hidden="true">✓</span> loop sound</b>' in answer(tmp_path, "/").text
 
 
 def test_the_numbers_of_a_row_have_one_unit_and_a_lost_flight_s_last_state_is_no_row(tmp_path):
@@ -621,7 +622,7 @@ def test_of_two_flights_of_one_path_the_errors_are_drawn_over_time_and_their_loo
         "“far: a long name a long name a lo…”",
     ]
     cards = answer(tmp_path, "/").text
-    assert '<b class="fair"><span aria-hidden="true">!</span> fragile</b>' in cards
+    assert '<b class="fair"><span aria-hidden="true">!</span> loop fragile</b>' in cards
     assert "flew 1\u00a0s under geometric; " in cards and "flew 1\u00a0s under lqr; " in cards
 
 
@@ -678,7 +679,7 @@ def test_a_campaign_of_a_fragile_loop_has_its_mark(tmp_path):
     (tmp_path / "one").mkdir()
     (tmp_path / "one" / "report.html").write_text("<title>One</title>")
     (tmp_path / "one" / "campaign.json").write_text(json.dumps({"summary": {AT_REST: {"grade": "fragile"}}}))
-    assert '<b class="fair"><span aria-hidden="true">!</span> fragile</b>' in answer(tmp_path, "/").text
+    assert '<b class="fair"><span aria-hidden="true">!</span> loop fragile</b>' in answer(tmp_path, "/").text
 
 
 @pytest.mark.parametrize(
@@ -932,6 +933,7 @@ def test_a_study_is_listed_with_a_panel_of_its_figure_whose_axes_are_told(tmp_pa
     assert [float(one) for one in plot.get("viewBox").split()] == pytest.approx(told["box"], abs=0.01)
     text = (tmp_path / "convergence.svg").read_text()
     (tmp_path / "convergence.svg").write_text(re.sub(r", &quot;data&quot;: ?\[[^]]*\]|,&quot;data&quot;:\[[^]]*\]", "", text))
+    assert [short(one) for one in (1.94e-6, 0.0012, -1234.0)] == ["1.9 × 10⁻⁶", "0.0012", "−1,200"]
     older = ElementTree.fromstring(answer(tmp_path, "/panel/convergence.svg").text)
     assert [one.text for one in older.findall(f"{SVG}text")] == ["speed [m/s]", "time [s]"]
 

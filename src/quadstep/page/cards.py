@@ -91,12 +91,12 @@ MARKS = {
 """Of a grade, of a flight or of its loop: its colour, its sign, and what it is called where no reason follows it."""
 
 
-def grade_mark(grade: str) -> str:
-    """A grade with its sign, as markup; nothing where there is none."""
+def grade_mark(grade: str, of: str = "") -> str:
+    """A grade with its sign, as markup; nothing where there is none. of: what it is of, and a blank."""
     if grade not in MARKS:
         return ""
     kind, sign, said = MARKS[grade]
-    return f'<b class="{kind}"><span aria-hidden="true">{sign}</span> {said}</b>'
+    return f'<b class="{kind}"><span aria-hidden="true">{sign}</span> {of}{said}</b>'
 
 
 LABELS = {
@@ -123,9 +123,8 @@ def card(result: ResultFolder) -> str:
         "grade": result.grade, "rmse": "" if result.rmse is None else f"{result.rmse!r}",
     }  # fmt: skip
     attributes = " ".join(f'data-{key}="{escape(value)}"' for key, value in data.items())
-    loop = f"loop {mark}" if (mark := grade_mark(result.loop)) else ""
     lack = result.lack and f'<b class="fair"><span aria-hidden="true">!</span> {escape(result.lack)}</b>'
-    marks = " ".join((grade_mark(result.grade), loop, lack))
+    marks = " ".join((grade_mark(result.grade), grade_mark(result.loop, "loop "), lack))
     href, told, drawn = escape(best(result)), facts_tile(result), picture(result)
     box = "" if result.files[0] not in REPORTS else f'<label><input type="checkbox" value="{escape(place)}"> compare</label>'
     shown = drawn and f'<a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{drawn}</a>'

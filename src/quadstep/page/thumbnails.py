@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from quadstep.io.files import LONGEST_LINE
 from quadstep.report import colours
 from quadstep.report.markup import TEXT, face
+from quadstep.report.units import number
 
 ROWS = 240
 """Of a log that are drawn."""
@@ -105,7 +106,7 @@ def first_panel(figure: io.BufferedReader) -> str:
 
 
 def short(value: float) -> str:
-    return f"{float(f'{value:.2g}'):,g}".replace("-", "−")
+    return number(value, 2) if 0.0 < abs(value) < 1e-4 else f"{float(f'{value:.2g}'):,g}".replace("-", "−")
 
 
 def line(points: NDArray[np.float64], style: str) -> str:
