@@ -295,7 +295,7 @@ def test_texts_of_a_vehicle_file_are_shown_as_text(tmp_path):
     ('file = "w.toml"', "", "vehicle.file: FOLDER/w.toml: file not found"),
     ('file = "x.toml"', "", "vehicle.file: FOLDER/x.toml: mass: should be"),
     ("mass = ", "", "vehicle.file: FOLDER/v.toml: not valid TOML"),
-    ("mass = 1.0", "", "vehicle.file: FOLDER/v.toml: inertia: missing"),
+    ("mass = 1.0", "", "vehicle.file: FOLDER/v.toml: inertia is required"),
 ])  # fmt: skip
 def test_an_error_in_a_vehicle_file_names_that_file(tmp_path, base, own, said):
     (tmp_path / "v.toml").write_text(base, encoding="utf-8")
