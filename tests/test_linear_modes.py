@@ -140,3 +140,8 @@ def test_what_a_law_asked_for_is_called_commanded():
         in_words(["asked_torque.0", "asked_thrust"], ["asked_torque.0", "asked_thrust"], [])
         == "commanded torque and commanded thrust"
     )
+
+
+def test_a_fix_that_is_under_way_is_called_delayed():
+    names = ["queued.0.position.1", "queued.2.velocity.2", "queue"]
+    assert in_words(names, names, []) == "delayed position, delayed velocity and queue"

@@ -119,7 +119,7 @@ INDICES = re.compile(r"(\.\d+)+$")
 
 def quantity(name: str) -> str:
     """What a state is an entry of, in words: weights of the first net, roll rate integral for `roll_rate.integral.0`."""
-    kind = INDICES.sub("", name)
+    kind = INDICES.sub("", re.sub(r"^queued\.\d+\.", "delayed ", name))
     return WHOLE.get(kind) or kind.replace(".", " ").replace("_", " ")
 
 

@@ -75,7 +75,7 @@ ROLL_AND_PITCH = ("phi", "theta")
 SOON = 4.0
 """Until when the inputs of Case 3 are drawn [s]: later they hardly change."""
 
-BOTH = ("the paper", "[11]")
+BOTH = ("paper’s controller", "[11]")
 
 INPUTS = (("u", "N"), ("tau_phi", "N m"), ("tau_theta", "N m"), ("tau_psi", "N m"))
 
