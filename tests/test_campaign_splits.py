@@ -87,7 +87,7 @@ def test_what_is_said_of_the_best_choice_is_counted_whatever_the_campaign():
         if not said:
             continue
         best, other = ((nets == ["on", "off"].index(one)) for one in re.findall(r"with nets (on|off)", said)[:2])
-        told = re.search(r" But where the mean wind along x is (.*?), it is ", said)
+        told = re.search(r" But where the mean wind along x is (.*?), the rates are ", said)
         where = inside(wind, told[1]) if told else np.ones(len(nets), bool)
         parts = [best, other, best & where, other & where][: 4 if told else 2]
         rates = [(units.percent(1.0 - failed[some].mean()).replace("\N{NO-BREAK SPACE}", " "), some.sum()) for some in parts]

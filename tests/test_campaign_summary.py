@@ -174,7 +174,7 @@ def test_a_number_that_is_none_reaches_no_statistic():
 def test_every_interval_of_flights_whose_number_chance_decided_is_that_of_all_looks():
     found = summarise(Made(TABLE), tail=0.005)
     assert found.success == exact_share(4, 10, 0.005)
-    shares = {row[0]: row[2] for row in outcomes(found, {}).rows}
+    shares = {row[0]: row[2] for row in outcomes(found)}
     assert shares["lost: off-path"] == percent(exact_share(3, 10, 0.005))
     assert shares["lost: off-path"] != percent(exact_share(3, 10, 0.025))
 

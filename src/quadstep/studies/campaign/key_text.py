@@ -61,5 +61,4 @@ def keys(count: int, most: int) -> TableSection:
 
 def over_key(key: str, said: Sequence[str]) -> str:
     """What to see of the flights over a key. said: of their failures, if anything is known."""
-    found = " ".join(said) or f"The flights over {words(key)}."
-    return f"{found[0].upper()}{found[1:]}"
+    return " ".join(said) or f"The flights over {words(key)}."

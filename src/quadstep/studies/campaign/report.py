@@ -43,7 +43,7 @@ from quadstep.studies.campaign.sensitivity import (
 from quadstep.studies.campaign.single import MOST_POINTS, FlownAgain, draw_points, flown_again, others, write_flights
 from quadstep.studies.campaign.splits import few_values, values_of
 from quadstep.studies.campaign.store import Store
-from quadstep.studies.campaign.summary import CampaignSummary, answer
+from quadstep.studies.campaign.summary import CampaignSummary, answer, tallied
 from quadstep.studies.campaign.varied import VariedKey, bins
 from quadstep.studies.flight_report import errors_since
 
@@ -116,7 +116,11 @@ def evidence(of: ReportSubject) -> Evidence:
     judged = next(iter(limits), RMSE)
     metric = PlottedMetric(judged, np.where(through, number(of.store.read([judged])[judged]), np.nan), limits.get(judged))
     first, more = key_sections(of, rmse, success, metric)
-    ends = distribution_section(of, flown, through)
+    apart = values_of(next(iter(summary.findings.values()))[0] if summary.by else None, of.columns, len(rmse))
+    parts = {which: tallied(flown.filter(pa.array(where)), summary.tail) for which, where in apart.items()}
+    parts = parts if summary.by else {"": summary}
+    told = [one for which, part in parts.items() for one in text.facts(part, which)]
+    ends = distribution_section(of, flown, parts)
     errors = [figure("distributions", text.errors_seen(summary))] if (of.folder / "distributions.svg").is_file() else []
     sections = [
         *ends,
@@ -127,15 +131,13 @@ def evidence(of: ReportSubject) -> Evidence:
         *text.opening(of.store, of.campaign, summary, of.path),
         *text.closing(summary.statistical),
     ]
-    apart = values_of(next(iter(summary.findings.values()))[0], of.columns, len(rmse)) if summary.by else {}
-    parts = {name: {what: number(flown[name])[where & through] for what, where in apart.items()} for name in (RMSE, LARGEST)}
     return Evidence(
         name=name,
         kind="Campaign",
         answer=answer(summary),
         sentences=(),
         record={},
-        facts=[one for one in text.facts(summary, parts) if not (begun and one.what.endswith("largest error"))],
+        facts=[one for one in told if not (begun and "largest error" in one.what)],
         figures=first or errors,
         sections=sections,
         paper=text.for_a_paper(summary, name),
@@ -155,12 +157,11 @@ def number(column: pa.ChunkedArray) -> NDArray[np.float64]:
     return np.where(np.isfinite(values), values, np.nan)
 
 
-def distribution_section(of: ReportSubject, flown: pa.Table, through: NDArray[np.bool_]) -> list[Section]:
-    """How the flights ended, and how far from the path they were."""
-    times = {text.lost(name): number(flown[TIME])[over_as(flown, name)] for name in of.summary.outcomes if name != OUTCOMES[0]}
-    times = {name: some[np.isfinite(some)] for name, some in times.items()}
-    body: list[Section] = [text.outcomes(of.summary, times)]
-    limits = limits_of(of.campaign)
+def distribution_section(of: ReportSubject, flown: pa.Table, parts: Mapping[str, CampaignSummary]) -> list[Section]:
+    """How the flights ended, and how far from the path they were. parts: by the choice that decides most, if one does."""
+    rows = {which: text.outcomes(part) for which, part in parts.items()}
+    body: list[Section] = [text.by_choice("How the flights ended", "outcomes", ("outcome", "flights", "share [%]"), rows)]
+    limits, through = limits_of(of.campaign), over_as(flown, OUTCOMES[0])
     metrics = []
     for name in dict.fromkeys((RMSE, LARGEST, *limits)):
         column = flown[name] if name in flown.column_names else of.store.read([name])[name]
@@ -169,7 +170,7 @@ def distribution_section(of: ReportSubject, flown: pa.Table, through: NDArray[np
     metrics = [metric for metric in metrics if len(metric.values)]
     if metrics:
         draw_distributions(of.folder / "distributions", metrics, of.summary.flights, of.sheet)
-        body.append(text.distributions(of.summary))
+        body.append(text.distributions(of.summary, parts))
     return body
 
 
@@ -245,7 +246,7 @@ def key_sections(
     if at_top and not tops:
         draw_keys(of.folder / "keys", [drawn[key] for key in at_top], of.sheet)
         said = [one for one in list(findings)[bool(of.summary.by) :] if findings[one][0] in at_top]
-        tops = [figure("keys", "\n".join([*said, "Bars: exact 95 % intervals."]))]
+        tops = [figure("keys", "\n".join([*said, "Vertical bars: exact 95 % intervals; horizontal bars: ranges."]))]
     body += [key_text.keys(len(keys), MOST_PICTURES)] if shown else []
     return tops, [*body, *shown.values()]
 

@@ -19,7 +19,7 @@ from quadstep.studies.campaign.planner import SINGLY
 from quadstep.studies.campaign.schema import Campaign
 from quadstep.studies.campaign.single_flight import replay_command
 from quadstep.studies.campaign.store import Store
-from quadstep.studies.campaign.summary import FEW, FEWEST, QUANTILES, CampaignSummary, WorstFlight
+from quadstep.studies.campaign.summary import FEW, QUANTILES, CampaignSummary, WorstFlight
 from quadstep.studies.campaign.varied import text_of, variation_text
 
 DIGITS = 4
@@ -28,8 +28,8 @@ DIGITS = 4
 SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 
 
-def facts(summary: CampaignSummary, parts: Mapping[str, Mapping[str, NDArray[np.float64]]] = {}) -> list[markup.Fact]:
-    """The largest quantile of each metric that is known. parts: values of each metric by the choice that decides most."""
+def facts(summary: CampaignSummary, which: str = "") -> list[markup.Fact]:
+    """The largest quantile of each metric that is known. which: flights these are, if not all."""
     if not summary.statistical:
         return medians_only(summary)
     found = []
@@ -38,10 +38,9 @@ def facts(summary: CampaignSummary, parts: Mapping[str, Mapping[str, NDArray[np.
         share, one = list(spread.quantiles.items())[-1]
         what, of = ("median", "") if share == QUANTILES[0] else (f"{100.0 * share:g}th percentile", "of ")
         ends = " to ".join(units.quantity(end, unit) for end in one[1:])
-        interval = f"95 % interval of the {what}: {ends}" if one.bounded else FEW
-        apart = [f"{units.quantity(float(np.quantile(some, share)), unit)} with {which}"
-                 for which, some in parts.get(spread.metric, {}).items() if len(some) * (1.0 - share) >= FEWEST]  # fmt: skip
-        found.append(markup.Fact(f"{what} {of}{words}", units.estimate(*one, unit), "; ".join([interval, *apart])))
+        only = "; of completed flights only" * (summary.flights > spread.flights)
+        interval = f"95 % interval: {ends}{only}" if one.bounded else FEW
+        found.append(markup.Fact(f"{what} {of}{words}{f', {which}' * bool(which)}", units.estimate(*one, unit), interval))
     return found
 
 
@@ -80,17 +79,12 @@ def pairs(table: Mapping[str, object]) -> str:
     return ", ".join(f"{name} {value}" for name, value in table.items())
 
 
-def lost(outcome: str) -> str:
-    """An outcome other than completed, beside others."""
-    return f"lost: {outcome}"
-
-
 def ended(summary: CampaignSummary) -> dict[str, int]:
     """The number of flights by outcome; completed ones are split by whether they succeeded."""
     good = round(summary.success.value * summary.flights)
     completed = summary.outcomes.get(OUTCOMES[0], 0)
     counts = {SUCCEEDED: good, ABOVE: completed - good}
-    early = ((lost(name), count) for name, count in summary.outcomes.items() if name != OUTCOMES[0])
+    early = ((f"lost: {name}", count) for name, count in summary.outcomes.items() if name != OUTCOMES[0])
     rest = sorted(early, key=lambda one: -one[1])
     return {name: count for name, count in (*counts.items(), *rest) if count or name == SUCCEEDED}
 
@@ -101,16 +95,17 @@ def errors_seen(summary: CampaignSummary) -> str:
     return f"Above: how many flights completed with which error. Below: the share of all flights{early} with a larger error."
 
 
-def outcomes(summary: CampaignSummary, times: Mapping[str, NDArray[np.float64]]) -> TableSection:
-    """Every outcome with its exact interval; without it where nothing is statistical. times: when flights were lost [s]."""
-    ends = {name: (some.min(), some.max()) for name, some in times.items() if len(some)}
-    when = {name: " to ".join(dict.fromkeys(f"{end:.4g}" for end in both)) for name, both in ends.items()}
-    rows = [
-        (name, str(count), percent(share_of(summary, count)) if summary.statistical else "–", when.get(name, "–"))
-        for name, count in ended(summary).items()
-        if count or summary.statistical
-    ]
-    return TableSection("How the flights ended", "outcomes", ("outcome", "flights", "share of all [%]", "lost at [s]"), rows)
+def by_choice(title: str, name: str, header: Sequence[str], rows: Mapping[str, Sequence[tuple[str, ...]]]) -> TableSection:
+    """A table with the rows of all flights, or with those of each value of a choice, which a first column names."""
+    lead = len(rows) > 1
+    every = [((which,) * lead + row) for which, some in rows.items() for row in some]
+    return TableSection(title, name, [*[""] * lead, *header], every)
+
+
+def outcomes(summary: CampaignSummary) -> list[tuple[str, ...]]:
+    """Every outcome with its exact interval; without it where nothing is statistical."""
+    some = ended(summary).items()
+    return [(what, str(count), percent(share_of(summary, count)) if summary.statistical else "–") for what, count in some]
 
 
 def of_key(findings: Mapping[str, tuple[str, ...]], key: str) -> list[str]:
@@ -138,14 +133,15 @@ def percent(one: Estimate) -> str:
     return units.percent(*one).removesuffix(" %")
 
 
-def distributions(summary: CampaignSummary) -> TableSection:
-    """The quantiles as a table; the medians where nothing is statistical."""
+def distributions(summary: CampaignSummary, parts: Mapping[str, CampaignSummary]) -> TableSection:
+    """The quantiles as a table; the medians where nothing is statistical. parts: of the flights."""
     title = "Distance from the path", "distributions"
     if not summary.statistical:
         return TableSection(
             *title, ("of completed flights", "value"), [(one.what, one.value) for one in medians_only(summary)]
         )
-    return TableSection(*title, ("of completed flights", "share below", "value with its 95 % interval"), quantiles(summary))
+    header = "of completed flights", "share below", "value with its 95 % interval"
+    return by_choice(*title, header, {which: quantiles(part) for which, part in parts.items()})
 
 
 def quantiles(summary: CampaignSummary) -> list[tuple[str, str, str]]:
@@ -201,7 +197,7 @@ def length(value: float | None) -> str:
 
 
 def outcome_of(one: WorstFlight) -> str:
-    return lost(one.outcome) if one.outcome != OUTCOMES[0] else SUCCEEDED if one.success else ABOVE
+    return f"lost: {one.outcome}" if one.outcome != OUTCOMES[0] else SUCCEEDED if one.success else ABOVE
 
 
 def of_flight(one: WorstFlight, outcome: str, since: str) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from quadstep.metrics.statistics import LEVEL, share
+from quadstep.metrics.statistics import LEVEL, Estimate, share
 from quadstep.mission.fields import unit, words
 from quadstep.report import units
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS
@@ -98,19 +98,20 @@ class Split(NamedTuple):
         """
         if not self.choice or len(self.bands) > BANDS:
             return ""
-        apart = {f"with {with_option(self.key, one)}": places == i for i, one in enumerate(values)}
+
+        def rates(found: Sequence[tuple[Estimate, int, str]]) -> str:
+            return ", ".join(f"{units.percent(good.value)} of {size} {text}" for good, size, text in found)
+
         best = sorted((share(size - hit, size), size, text) for hit, size, text in self.bands)[::-1]
-        said = ", ".join(f"{units.percent(good.value)} of {size} flights succeeded {text}" for good, size, text in best)
-        said = said.replace(" flights succeeded", "").replace(" with", " flights succeeded with", 1)
+        said = rates(best).replace(" with", " flights succeeded with", 1)
         for where, range_text in (
             one.worst for one in inner if one.worst and f"with {with_option(*one.within)}" == best[0][2]
         ):
-            counted = [(text, where & apart[text]) for *_, text in best if (where & apart[text]).any()]
-            there = [share(int((some & ~failed).sum()), int(some.sum())) for _, some in counted]
-            if there[0].high < max(there).value and there[0].value < max(there).low:
-                rates = zip(there, counted, strict=True)
-                told = ", ".join(f"{units.percent(good.value)} of {some.sum()} {text}" for good, (text, some) in rates)
-                return f"{said}. But where {range_text}, it is {told}."
+            parts = {f"with {with_option(self.key, value)}": where & (places == i) for i, value in enumerate(values)}
+            sizes = [(size, text, parts[text]) for *_, text in best if (size := int(parts[text].sum()))]
+            there = [(share(int((some & ~failed).sum()), size), size, text) for size, text, some in sizes]
+            if there[0][0].high < max(there)[0].value and there[0][0].value < max(there)[0].low:
+                return f"{said}. But where {range_text}, the rates are {rates(there)}."
         return f"{said}."
 
 

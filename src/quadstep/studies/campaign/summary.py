@@ -108,6 +108,15 @@ def summarise(
     """
     flown = store.read([FLIGHT, OUTCOME, TIME, RMSE, LARGEST, SUCCESS])
     count = flown.num_rows
+    scored = not varied or flown[RMSE].null_count == 0
+    copies = scored and alike(flown) and alike(store.read(store.manifest["metrics"]))
+    points, uneven = 0 if random else min(grid, count), grid if count % grid else 0
+    found = tallied(flown, tail)._replace(worst=worst(flown), copies=copies, rest=rest, singly=tuple(singly))
+    return found._replace(points=points, uneven=uneven)
+
+
+def tallied(flown: pa.Table, tail: float) -> CampaignSummary:
+    """The counts and quantiles of any flights. tail: as in `CampaignSummary`."""
     good = int(pc.sum(flown[SUCCESS]).as_py() or 0)
     counted = {entry["values"]: entry["counts"] for entry in pc.value_counts(flown[OUTCOME]).to_pylist()}
     through = pc.equal(flown[OUTCOME].cast(pa.string()), OUTCOMES[0])
@@ -118,12 +127,7 @@ def summarise(
         if count_known := len(values):
             told = [q for q in QUANTILES if round(count_known * (1.0 - q), 6) >= FEWEST or q == QUANTILES[0]]
             spreads.append(MetricQuantiles(metric, count_known, {q: quantile(values, q, tail) for q in told}))
-    scored = not varied or flown[RMSE].null_count == 0
-    copies = scored and alike(flown) and alike(store.read(store.manifest["metrics"]))
-    return CampaignSummary(
-        count, exact_share(good, count, tail), counted, spreads, worst(flown), copies, rest, tuple(singly),
-        points=0 if random else min(grid, count), uneven=grid if count % grid else 0, tail=tail,
-    )  # fmt: skip
+    return CampaignSummary(flown.num_rows, exact_share(good, flown.num_rows, tail), counted, spreads, [], tail=tail)
 
 
 def alike(flown: pa.Table) -> bool:
