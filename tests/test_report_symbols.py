@@ -59,3 +59,7 @@ def test_powers_of_ten():
 ])  # fmt: skip
 def test_numbers_are_written_as_people_do(text, html):
     assert rich(text) == html
+
+
+def test_the_s_of_a_genitive_is_no_symbol():
+    assert label("paper’s controller") == "paper’s controller"

@@ -43,8 +43,8 @@ def label(text: str) -> str:
     """For Matplotlib's mathtext: every name, and every single letter, set as a symbol."""
 
     def symbol(match: re.Match[str]) -> str:
-        found = name_parts(match, letters=True)
-        if found is None or (match[0] in UNITS and text[: match.start()].rstrip()[-1:].isdigit()):
+        found, before = name_parts(match, letters=True), text[: match.start()].rstrip()[-1:]
+        if found is None or before == "’" or (match[0] in UNITS and before.isdigit()):
             return match[0]
         letter, accents, low = found
         if letter in AXES:
