@@ -217,6 +217,7 @@ def test_saturation_says_by_which_limit():
 def test_a_thrust_that_no_rotor_can_give_is_shown_where_rotors_have_no_limits(least, shown):
     facts = of_limits({"rotors": {"least[N]": least, "largest[N]": 253.1}})
     assert [one.value for one in facts] == (["−302 to 253\u00a0N"] if shown else [])
+    assert [one.more for one in facts] == ["rotors cannot thrust downwards, but this vehicle does not limit them"] * shown
     assert not any("realisable" in one.what for one in of_limits({"rotors": {"least[N]": least}, "saturated_share": 0.1}))
 
 
