@@ -23,8 +23,10 @@ from quadstep.page.thumbnails import first_panel
 from quadstep.report import canvas
 from quadstep.report.sheet import Sheet
 from quadstep.report.told import SPOTS
+from quadstep.studies import envelope
 from quadstep.studies import study as study_module
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, Chunk, Flyer, on_lanes
+from quadstep.studies.campaign.single import flown_again
 from quadstep.studies.envelope import Map, watched
 from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, how_sure
 from quadstep.studies.envelope_cells import CAUSES, Cells, cells_of, middle
@@ -298,16 +300,29 @@ def test_of_a_map_without_limits_as_many_flights_are_not_as_commanded_as_have_th
         grades = [one["outcome"]["grade"] for one in data_of((out / "flights.html").read_text())["flights"]]
         ended = [one for one in grades if one != "lost"]
         good, told = ended.count("as commanded"), " ".join(run.out.split())
-        found = re.search(
-            r"\. (None|\d+) of the (\d+) flights shown( that reach the end)? (?:is|are) (not )?as commanded: ", told
-        )
+        found = re.search(r"\. (None|\d+) of the (\d+) that reach the end (?:is|are) (not )?as commanded: ", told)
         assert bool(found) == (good < len(ended)), (told, grades)
         assert ".." not in told
         if found:
-            assert (int(found[2]), bool(found[3])) == (len(ended), len(ended) < len(grades))
-            assert (found[1], found[4]) == (("None", None) if not good else (f"{len(ended) - good}", "not "))
+            assert int(found[2]) == len(ended)
+            assert (found[1], found[3]) == (("None", None) if not good else (f"{len(ended) - good}", "not "))
         seen.add(found and found[1] == "None")
     assert seen == {True, False, None}, seen
+
+
+def test_flights_that_are_not_shown_are_graded_and_marked_too(tmp_path, monkeypatch):
+    monkeypatch.setattr(envelope, "MOST_WATCHED", 2)
+    text = '[vehicle]\npreset = "crazyflie"\n[path]\ntype = "circle"\nradius = 1.0\nperiod = 6.0\nturns = 1\n'
+    out, axes = tmp_path / "out", ("path.period=0.4:9:5", "vehicle.mass=0.030:0.034:2")
+    run = quadstep("envelope", saved(tmp_path, text), "--x", axes[0], "--y", axes[1], "--out", out)
+    again = flown_again(request(tmp_path / "mission.toml", *axes).campaign, [*range(10)])
+    grades = [envelope.grade_of(one.replay.mission, one.log) for one in again if one.log.outcome.name == "COMPLETED"]
+    bad, told = [one for one in grades if one.labels], " ".join(run.out.split())
+    assert 0 < len(bad) < len(grades) and any("left its path" in one.labels for one in bad), grades
+    assert f"{len(bad)} of the {len(grades)} " in told and " not as commanded: " in told, told
+    assert f"left its path in {sum('left its path' in one.labels for one in bad)}" in told
+    assert len(data_of((out / "flights.html").read_text())["flights"]) == 2
+    assert "not as commanded" in (out / "report.html").read_text()
 
 
 def test_the_answer_says_where_the_map_can_be_flown_and_where_not(tmp_path):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 from types import SimpleNamespace
 
@@ -218,3 +219,19 @@ def test_a_flight_keeps_or_changes_its_noise_by_its_number(tmp_path):
     table = flights.fly(Points(np.zeros((3, 1)), np.array([FIRST, FIRST + 1, FIRST])))
     first, other, same = table["position_rmse[m]"].to_pylist()
     assert first == same != other
+
+
+def test_a_switch_has_no_deviation_and_does_not_count_in_the_distance(tmp_path):
+    """Nor is the grade of the mission as written said where a switch is drawn: it is that of some flights only."""
+    switch = 'controller.nets.enabled = { type = "choice", values = [true, false] }\n'
+    path, out = written(tmp_path, VARY + switch + FAILURE + RARE.replace("opinions = 1", "opinions = 2")), tmp_path / "out"
+    ran = quadstep("campaign", path, "--rare", "--out", out)
+    assert ran.code == 0 and "Hovering at the start" not in ran.out, ran
+    (near,) = kept(out)["summary"]["nearest_failures"]
+    assert set(near["deviations_by_key"]) == {"start.position.0", "start.position.1"} < set(near["values"])
+    assert near["deviations"] == pytest.approx(np.linalg.norm([*near["deviations_by_key"].values()]))
+    assert re.search(r"^nets +(on|off) +–$", ran.out, re.MULTILINE), ran.out
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert page.count("a single run") == sum(
+        one["kind"] != "replicate" and one["probability"] > 0.0 for one in kept(out)["pieces"]
+    )

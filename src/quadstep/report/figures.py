@@ -224,7 +224,6 @@ def arranged(
     return figure
 
 
-DISTANCE, SHORTER = "distance from the path", "distance from\nthe path"
 MOST_POINTS = 2000
 
 DECADES = 20.0
@@ -264,7 +263,7 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet, moments: Se
     errors.set_xlabel("time [s]")
     ticked(errors.xaxis, 5)
     mark(errors, moments)
-    errors.set_ylabel(f"{DISTANCE if views else SHORTER} [{unit}]" if sheet.width is None else f"distance [{unit}]")
+    errors.set_ylabel(f"position error [{unit}]")
     low, high = track.view
     for axes, (a, b) in zip(seen_from, views, strict=True):
         draw_path(axes, track.wanted[:, [a, b]], {name: one.flown[:, [a, b]] for name, one in laid.items()})

@@ -309,7 +309,7 @@ def counted(number: int, noun: str) -> str:
     >>> counted(1, "flight"), counted(2, "flight")
     ('1 flight', '2 flights')
     """
-    return f"{number} {noun}{'s' * (number != 1)}"
+    return f"{number:,} {noun}{'s' * (number != 1)}"
 
 
 def listed(names: Sequence[str], word: str = "and") -> str:

@@ -2,24 +2,27 @@
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from html import escape
 from pathlib import Path
 from typing import cast
 
 import numpy as np
 
-from quadstep.metrics.verdict import graded
+from quadstep.interfaces.log import FlightLog
+from quadstep.metrics.verdict import Graded, graded
 from quadstep.mission.fields import label, words
+from quadstep.mission.schema import Mission
 from quadstep.page.model import Cell
 from quadstep.report import units
 from quadstep.report.evidence import Evidence, Figure, TableSection
+from quadstep.report.panels import left_path
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.single import FlownAgain, flown_again, write_flights
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.campaign.varied import variation_text
-from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, coloured_by, enough
+from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, coloured_by, enough, lacking
 from quadstep.studies.envelope_cells import CAUSES, FLYABLE, Cells, cells_of, table
 from quadstep.studies.envelope_map import colours, draw_map, draw_slices, in_brief
 from quadstep.studies.envelope_request import Request, Value
@@ -53,22 +56,20 @@ class Map(Study[Envelope]):
         seen = {int(envelope.cells.shown.flat[cell]): int(envelope.cells.successes.flat[cell]) for cell in cells}
         again = zip(seen.items(), flown_again(self.campaign, [*seen]), strict=True)
         found = {flight: self.named(one, flight, successes) for (flight, successes), one in again}
-        shown = [(one.replay.mission, one.log) for one in found.values() if one.replay and one.log and one.drawable]
-        envelope = envelope._replace(grades=[graded(mission.flight_metrics(log)[0]) for mission, log in shown])
+        envelope = envelope._replace(grades=self.grades(envelope, found))
         drawn = colours(envelope.cells)
         places = {flight: self.place(cell, drawn[cell]) for flight, cell in zip(seen, cells, strict=True)}
         said = [*coloured_by(envelope.cells), *[MARKED] * (self.asked.flights > 1 and not all(drawn))]
         links = write_flights(out, self.campaign, found, places, intro=[" ".join(said)] if said else [])
         at = {flight % self.asked.cells: link for flight, link in links.items()}
-        draw_map(out / PICTURE, self.asked, envelope.cells, sheet, at)
+        draw_map(out / PICTURE, self.asked, envelope.cells._replace(lacking=lacking(envelope)), sheet, at)
         sliced, y = draw_slices(out / SLICES, self.asked, envelope.cells, sheet), self.asked.y
         where = f" where {y.in_words(y.values[len(y.values) // 2])}" * bool(self.asked.by)
         along = f"The same errors{where}{'; no line where cells have no colour' * (not all(drawn))}."
-        name = self.campaign.file.name
         unit, factor = units.handy("m", max((one.rmse[1] for one in envelope.panels if one.rmse), default=0.0))
         header, rows = [one.format(unit) for one in HEADER], [row(one, factor) for one in envelope.panels]
         return Evidence(
-            name=name,
+            name=self.campaign.file.name,
             kind="Envelope",
             answer=answer(envelope),
             sentences=[answer(envelope)],
@@ -78,8 +79,16 @@ class Map(Study[Envelope]):
                 *([TableSection("Panel by panel", "panels", header, rows)] if self.asked.by else []),
                 TableSection("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),
             ],
-            paper=booktabs(header, [rows], [name]),
+            paper=booktabs(header, [rows], [self.campaign.file.name]),
         )
+
+    def grades(self, envelope: Envelope, found: Mapping[int, FlownAgain]) -> dict[int, Graded]:
+        alone = self.asked.flights == 1 and not self.campaign.file.failure
+        ended = np.flatnonzero(envelope.cells.successes).tolist() if alone else []
+        more = [cell for cell in ended if cell not in found] if len(ended) <= MOST_GRADED else []
+        again = {**found, **dict(zip(more, flown_again(self.campaign, more), strict=True))}
+        shown = ((flight, one.replay, one.log) for flight, one in again.items() if one.drawable)
+        return {flight % self.asked.cells: grade_of(one.mission, log) for flight, one, log in shown if one and log}
 
     def place(self, cell: int, colour: str) -> Cell:
         """Where the page has a flight in its table, and the map's colour there."""
@@ -96,8 +105,18 @@ class Map(Study[Envelope]):
         name = ", ".join(axis.in_words(cast("Value", one.replay.values[axis.key])) for axis in reversed(self.asked.axes))
         flights = self.asked.flights
         of = f"{flight // self.asked.cells + 1} of {flights}"
-        name += f" (flight {of}, of which {successes} succeed)" if flights > 1 else ""
+        do = "succeed" if self.campaign.file.failure else "reach the end"
+        name += f" (flight {of}, of which {successes} {do})" if flights > 1 else ""
         return one._replace(replay=one.replay._replace(mission=one.replay.mission.model_copy(update={"name": name})))
+
+
+MOST_GRADED = 300  # flights that reach the end: of more, only those shown
+
+
+def grade_of(mission: Mission, log: FlightLog) -> Graded:
+    metrics = mission.flight_metrics(log)[0]
+    found = graded(metrics)
+    return found._replace(labels=("left its path", *found.labels)) if left_path(log, metrics) else found
 
 
 MOST_WATCHED = 100
@@ -129,7 +148,6 @@ def settings(request: Request) -> list[tuple[str, str]]:
         ("seed, precision", f"{file.seed}, {file.precision}"),
         ("a flight fails", request.campaign.failing),
         ("a cell can be flown", f"if {enough(request)} succeed" if request.flights > 1 else "if its flight succeeds"),
-        ("results of every cell", DATA),
     ]
 
 

@@ -2,7 +2,8 @@
 
 import itertools
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -34,12 +35,12 @@ class MapPanel(NamedTuple):
 
 
 class Envelope(NamedTuple):
-    """A map. grades: of the flights that are shown."""
+    """A map. grades: of the graded cells, by number."""
 
     asked: Request
     cells: Cells
     panels: list[MapPanel]
-    grades: Sequence[Graded] = ()
+    grades: Mapping[int, Graded] = MappingProxyType({})
 
 
 def answer(envelope: Envelope) -> str:
@@ -73,18 +74,25 @@ DO = {"succeeded": "succeed", "reached the end": "reach the end"}
 
 
 def as_commanded(envelope: Envelope) -> str:
-    """How many of the flights shown that reach the end are as commanded, and what the others lack, in a sentence of its own;
+    """How many of the graded flights that reach the end are as commanded, and what the others lack, in a sentence of its own;
     nothing where all are, or where the user set limits.
     """
-    ended = [one for one in envelope.grades if one.grade is not FlightGrade.LOST]
+    ended = [one for one in envelope.grades.values() if one.grade is not FlightGrade.LOST]
     good = sum(one.grade is FlightGrade.AS_COMMANDED for one in ended)
     if good == len(ended) or envelope.asked.campaign.file.failure:
         return ""
     lack = Counter(label for one in ended for label in one.labels).most_common()
-    shown = f"{len(ended)} flights shown{' that reach the end' * (len(ended) < len(envelope.grades))}"
+    whole = envelope.asked.flights == 1 and len(ended) == int(envelope.cells.flyable.sum())
+    shown = f"{len(ended)}{' flights shown' * (not whole)} that reach the end"
     bad = len(ended) - good
     said = f"{bad if good else 'None'} of the {shown} {'are' if good and bad > 1 else 'is'}{' not' * bool(good)} as commanded"
     return f". {said}: {units.listed([f'{label} in {count}' for label, count in lack])}"
+
+
+def lacking(envelope: Envelope) -> dict[int, str]:
+    ended = {cell: one for cell, one in envelope.grades.items() if one.grade is not FlightGrade.LOST}
+    bad = {cell: units.listed(one.labels) for cell, one in ended.items() if one.grade is FlightGrade.FLEW_BUT}
+    return bad if envelope.asked.flights == 1 and len(bad) < len(ended) else {}
 
 
 def how_sure(envelope: Envelope) -> str:
@@ -197,8 +205,7 @@ def caption(envelope: Envelope, linked: bool) -> str:
             else f"whose flight {'is lost' if causes.all() else 'fails'}"
         )
         look = "Hatched" if causes.all() else "Hatched or dotted" if causes.any() else "Dotted"
-        near = "" if several else f"; light cells beside them nearly {'were' if causes.all() else 'did'}"
-        lines.append(f"{look}: {units.counted(int((~seen).sum()), 'cell')} {few}{near}.")
+        lines.append(f"{look}: {units.counted(int((~seen).sum()), 'cell')} {few}.")
     if (struck := seen & ~cells.flyable).any() and cells.flyable.any():
         lines.append(f"Struck through: {units.counted(int(struck.sum()), 'cell')} in which {too_few(envelope.asked.flights)}.")
     if linked:

@@ -1,6 +1,8 @@
 """The flights of an envelope's map, gathered cell by cell."""
 
 import warnings
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +45,7 @@ class Cells(NamedTuple):
     causes: of those that did not succeed how many by each of `CAUSES` (a fourth index). completed: how many completed.
     rmse, mean: median and mean RMSE [m], and largest: largest error [m] of these, NaN where missing. outcome: the most
     frequent one. shown: the first flight that succeeds where at least `MOSTLY` of them do, elsewhere the first that does not.
+    lacking: cells marked as not flown as commanded, by number, and why.
     """
 
     flights: int
@@ -54,6 +57,7 @@ class Cells(NamedTuple):
     largest: NDArray[np.float64]
     outcome: NDArray[np.int64]
     shown: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
+    lacking: Mapping[int, str] = MappingProxyType({})
 
     @property
     def successes(self) -> NDArray[np.int64]:

@@ -25,6 +25,7 @@ from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
 from quadstep.report.axes import logarithmic
 from quadstep.report.canvas import LINES, drawing, figure_at, write
+from quadstep.report.colours import COLOURS as NAMED
 from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
 from quadstep.report.units import handy, metric, percent, quantity
@@ -60,6 +61,8 @@ MOST_HATCHED = 20_000
 LISTED_TICKS = 25
 LEAST = 1e-12
 
+MARK = {"marker": "X", "ms": 8.0, "mfc": NAMED["vermillion"], "mec": "white", "linewidth": 0.0}
+
 
 def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Mapping[int, str]) -> None:
     """Write `path` in the sheet's formats. links: where flights of cells can be seen, by the cell's number."""
@@ -87,7 +90,7 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Ma
             axes.set_ylabel(label(mission, request.y.key))
         if norm and (by_success(cells) or np.ptp(cells.rmse[coloured(cells)]) > 0.0):  # one value needs no scale
             draw_scale(figure, grid, norm, request)
-        handles = legend(request, cells)
+        handles = [*legend(request, cells), *grid.flat[0].plot([], [], **MARK, label="not as commanded")[: len(cells.lacking)]]
         if handles:
             beside = max(1, min(len(handles), 4, int(width / 1.7)))
             figure.legend(handles=handles, loc="outside lower left", ncols=beside, handlelength=2.6, handleheight=1.6)
@@ -167,6 +170,9 @@ def draw_panel(axes: Axes, request: Request, cells: Cells, place: int) -> None:
         hatch(axes, ~good & (cause == number), across, up, name)
     if cells.flyable.any():
         strike(axes, good & ~cells.flyable[place], across, up)
+    x, y = (edges(axis)[:-1] + np.diff(edges(axis)) / 2.0 for axis in (request.x, request.y))
+    marked = [at for at in (np.unravel_index(one, request.shape) for one in cells.lacking) if at[0] == place]
+    axes.plot([x[column] for _, _, column in marked], [y[row] for _, row, _ in marked], **MARK)
     tell_cells(axes, request, cells, place)
     for axis, given in ((axes.xaxis, request.x), (axes.yaxis, request.y)):
         if given.ranged:
@@ -275,9 +281,8 @@ def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: Normalize, reque
         bar.set_label("share of flights that succeed")
         return
     decades = math.log10((norm.vmax or 1.0) / (norm.vmin or 1.0))
-    bar.ax.xaxis.set_major_locator(
-        LogLocator(10.0, (1.0,) if decades > 3.0 else (1.0, 3.0) if decades > 1.5 else (1.0, 2.0, 5.0))
-    )
+    subs, narrow = (1.0,) if decades > 3.0 else (1.0, 3.0) if decades > 1.5 else (1.0, 2.0, 5.0), decades < 0.9
+    bar.ax.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]) if narrow else LogLocator(10.0, subs))
     bar.ax.xaxis.set_minor_locator(NullLocator())
-    bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: quantity(value, "m", 1)))
+    bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: quantity(value, "m", 2 if narrow else 1)))
     bar.set_label("median position RMSE" if request.flights > 1 else "position RMSE")

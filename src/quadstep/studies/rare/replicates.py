@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.interfaces.closed_loop import Advance
+from quadstep.mission.distributions import Choice
 from quadstep.numbers import exp, log
 from quadstep.studies.campaign.flyer import SUCCESS
 from quadstep.studies.campaign.schema import Campaign, Method
@@ -164,15 +165,16 @@ def recorded(flights: PointFlyer, event: Event, one: Replicate) -> DoneEvent:
 
 
 def nearest(flights: PointFlyer, failures: Points, kind: str) -> Nearest:
-    """The most likely of some failures of a kind."""
-    distance = np.linalg.norm(failures.latent, axis=1)
+    file = flights.campaign.file
+    counts = [at for at, name in enumerate(file.keys) if not isinstance(file.vary.get(name), Choice)]
+    distance = np.linalg.norm(failures.latent[:, counts], axis=1)
     place = int(np.argmin(distance))
-    drawn = values(flights.campaign.file, failures.latent[place : place + 1])
+    drawn = values(file, failures.latent[place : place + 1])
     return Nearest(
         failure=kind,
         deviations=float(distance[place]),
         values={name: column.at(0) for name, column in drawn.items()},
-        deviations_by_key=dict(zip(drawn, failures.latent[place].tolist(), strict=True)),
+        deviations_by_key={file.keys[at]: float(failures.latent[place, at]) for at in counts},
     )
 
 

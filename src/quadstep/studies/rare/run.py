@@ -13,6 +13,7 @@ from quadstep.io.run_record import FIGURES
 from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import Case
+from quadstep.mission.distributions import Choice
 from quadstep.mission.fields import label, words
 from quadstep.mission.schema import Mission
 from quadstep.report import markup, units
@@ -42,13 +43,6 @@ SHOWN = (
 OPINIONS = " Dashed blue: second opinions, by the other method."
 
 
-READING = (
-    "The interval comes from how far the replicates scatter, taken as log-normal (Cox's interval for the mean, Student's "
-    "quantile). It does not cover a kind of failure that no replicate found: plain Monte Carlo and second opinions are "
-    "there to notice one. A small probability depends on the tails of what varies."
-)
-
-
 def write_report(record: RareRecord, campaign: Campaign, summary: RareSummary, path: Path, sheet: Sheet) -> Evidence:
     """Write report.html and its figure; what they say. Raises UserError for a full disk."""
     found = evidence(record, campaign, summary, path)
@@ -74,13 +68,12 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         ("quadstep", record.manifest["version"]),
     ]
     said = sentences(summary, file.rare.method, campaign.meaning)
-    plain = f"plain Monte Carlo: about {rounded(summary.one_by_one or 0.0, 1)} for an interval as wide"
-    saved = summary.one_by_one and not (common(summary) or summary.warnings)
-    facts = [markup.Fact("flights", f"{summary.flights:,}", plain if saved else "")]
-    facts += [
-        markup.Fact(f"by {one.method.words}, once", units.number(one.probability), by_kind(one)) for one in record.pieces
-        if one.method is not file.rare.method and one.probability > 0.0
-    ][:1]  # fmt: skip
+    few = not summary.one_by_one or common(summary) or summary.warnings
+    plain = "" if few else f"plain Monte Carlo: about {rounded(summary.one_by_one or 0.0, 1)} for an interval as wide"
+    facts = [markup.Fact("flights", f"{summary.flights:,}", plain), *[
+        markup.Fact(f"by {one.method.words}, {one.kind}", units.number(one.probability), "a single run")
+        for one in record.pieces if one.method is not file.rare.method and one.probability > 0.0
+    ][:2]]  # fmt: skip
     kinds = climbed(record.pieces)
     about = {"version": __version__, "campaign": str(path), "name": file.name, "method": file.rare.method.value}
     return Evidence(
@@ -90,7 +83,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         sentences=said,
         record={**about, **as_json(summary)},
         facts=facts,
-        figures=[Figure(LEVELS, SHOWN + OPINIONS * opined(record.pieces, kinds))] if kinds else [],
+        figures=[Figure(LEVELS, SHOWN + OPINIONS * bool(summary.opinions))] if kinds else [],
         sections=[
             TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)]),
             *[part for one in summary.nearest for part in nearest(one, campaign.mission, path)],
@@ -98,13 +91,12 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
             TableSection(
                 header=("what varies", "key", "how"), rows=[(words(key), key, variation_text(file, key)) for key in file.keys]
             ),
-            TableSection("How to read this", "reading", text=READING),
         ],
         cases=(Case("estimated"),),
         more=said[1:],
         warnings=summary.warnings,
-        grade=summary.rest,
-        fold=("replicates", "flown", "reading"),
+        grade={} if any(isinstance(one, Choice) for one in file.vary.values()) else summary.rest,  # else of other loops, too
+        fold=("replicates", "flown"),
     )
 
 
@@ -117,26 +109,17 @@ def replicate_row(one: FinishedPiece) -> tuple[str, ...]:
     return one.kind, one.method.value, units.number(one.probability), by_kind(one), f"{one.flights:,}"
 
 
-NEAR = 0.1
-"""Standard deviations from the median within which a failure has nothing unusual."""
-
 SEE_IT = "To fly it, put these lines in place of [vary] and [[correlated]] into a copy of the campaign file, and fly that."
-OTHER_NOISE = " Its noise is then another, so that it may succeed."
 
 
 def nearest(found: Nearest, mission: Mission, path: Path) -> list[Section]:
     """The values of the keys in the failure nearest to the median, the farthest out first, and how to fly them."""
     how = HOW.get(found.failure, found.failure)
     title, name_of = f"The most likely flight that {how}", how.split()[0]
-    if found.deviations < NEAR:
-        said = "A flight whose keys are all near their medians failed: none of them has to be unusual."
-        return [TableSection(title, f"nearest-{name_of}", text=said)]
     away, where = found.deviations_by_key, f"{found.deviations:.2f} standard deviations from the median"
-    ordered = sorted(found.values.items(), key=lambda item: -abs(away[item[0]]))
-    rows = [
-        (label(mission, name), text_of(value, 4), f"{round(away[name], 2) + 0.0:+.2f}".replace("-", "−"))
-        for name, value in ordered
-    ]
+    ordered = sorted(found.values.items(), key=lambda item: -abs(away.get(item[0], 0.0)))
+    told = {name: f"{round(one, 2) + 0.0:+.2f}".replace("-", "−") for name, one in away.items()}
+    rows = [(label(mission, name), text_of(value, 4), told.get(name, "–")) for name, value in ordered]
     header, text = ("key", "value", "deviations from the median"), f"Its values are {where}."
     table = TableSection(title, f"nearest-{name_of}", header, rows, text, shown=f"{title}: {where}")
     if any(isinstance(value, dict) for value in found.values.values()):
@@ -144,7 +127,7 @@ def nearest(found: Nearest, mission: Mission, path: Path) -> list[Section]:
     lines = [f'{name} = {{ type = "grid", values = [{json.dumps(value)}] }}' for name, value in found.values.items()]
     copy = path.with_name(f"{path.stem}-{name_of}.toml")
     flown = markup.verbatim("\n".join(["[vary]", *lines])) + markup.verbatim(command("fly", copy, "--flight", 0))
-    return [table, TableSection(text=SEE_IT + OTHER_NOISE * mission.noisy), flown]
+    return [table, TableSection(text=SEE_IT + " Its noise is then another, so that it may succeed." * mission.noisy), flown]
 
 
 OWN, OTHER, END = "black", COLOURS["blue"], COLOURS["vermillion"]
@@ -154,11 +137,6 @@ def climbed(pieces: Sequence[FinishedPiece]) -> list[str]:
     """The kinds of failure that replicates found by steps, so that there is something to draw: not so common ones."""
     own = [event for one in pieces if one.kind == PieceKind.REPLICATE.value for event in one.events if event.probability > 0.0]
     return [*dict.fromkeys(event.failure for event in own if any(score is not None for score, _ in event.levels))]
-
-
-def opined(pieces: Sequence[FinishedPiece], kinds: Sequence[str]) -> bool:
-    """Whether second opinions are drawn."""
-    return any(event.failure in kinds for one in pieces if one.kind != PieceKind.REPLICATE.value for event in one.events)
 
 
 def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from itertools import pairwise, product
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -47,14 +47,14 @@ def draw_search(path: Path, request: TuningRequest, result: SearchResult, sheet:
         ncols = legend_columns(figure.get_figwidth(), names, 3)
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols)
         axes.set_xlabel("flights")
-    first, steps = trial_flights(request.seeds), led(result)
+    first = trial_flights(request.seeds)
     pale = f" Pale: flown on {first} of {units.counted(request.seeds, 'flight')} only." * (first < request.seeds)
     looked = sum(not guessed(request, one) for one in result.history)
     few = f" Margins were computed for {looked:,} of {len(result.history):,} candidates." * bool(request.section.margins)
-    rises = any(one > before for before, one in pairwise(one.judged.objective for one in steps))
-    more = " The line rises, too, as lost flights and missed limits count for more than the objective." * rises
+    missed = any(not one.judged.feasible for one in led(result))
+    best = " Where all so far miss a limit or lose flights, the best is the one that does so least." * missed
     ring = "The objective of each candidate; the lower, the better. The ring is the tuned gains."
-    return Figure(path.name, ring + pale + few + more)
+    return Figure(path.name, ring + best + pale + few)
 
 
 def guessed(request: TuningRequest, one: Candidate) -> bool:
@@ -74,8 +74,7 @@ def draw_objective(axes: Axes, request: TuningRequest, result: SearchResult) -> 
         there = [one for one in there if bool(one.tried.whole or first == request.seeds) is not some]
         if there:
             places, values = zip(*((one.flights, one.judged.objective) for one in there), strict=True)
-            labelled = kind in axes.get_legend_handles_labels()[1]
-            named, alpha = None if labelled else kind, 0.4 if some else 1.0
+            named, alpha = None if kind in axes.get_legend_handles_labels()[1] else kind, 0.4 if some else 1.0
             axes.scatter(places, values, label=named, linewidths=0.7, alpha=alpha, **looks)
             said = f"{kind}, in {units.counted(first, 'flight')}" if some else kind
             for one in there[:MOST_TOLD]:

@@ -12,6 +12,7 @@ from typing import NamedTuple, TypeAlias, cast
 
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
+from tomlkit.items import Item
 
 from quadstep.io import __version__
 from quadstep.io.errors import UserError
@@ -256,3 +257,5 @@ def change(table: MutableMapping[str, object], old: dict[str, object], new: dict
                 for _ in range(1 if table.as_string().endswith("\n") else 2):
                     table.add(tomlkit.nl())  # a blank line before a new table
             table[name] = value
+            if isinstance(changed := table[name], Item):
+                changed.trivia.comment = changed.trivia.comment_ws = ""  # it was about the value before
