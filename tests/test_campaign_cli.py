@@ -150,9 +150,9 @@ MISTAKES = {
     "failure a number": ("failure = 1.0", "", ["failure"]),
     "correlated a table": ("[correlated]\nkeys = []", "", ["correlated"]),
     "no distribution": ("", '"vehicle.mass" = 5', ["vehicle.mass", "table"]),
-    "no type": ("", '"vehicle.mass" = {low=1, high=2}', ["vehicle.mass", "type: missing", "uniform"]),
-    "empty": ("", '"vehicle.mass" = {}', ["vehicle.mass", "type: missing"]),
-    "nested, no type": ("", "vehicle.mass = {low=1, high=2}", ["vehicle.mass", "type: missing"]),
+    "no type": ("", '"vehicle.mass" = {low=1, high=2}', ["vehicle.mass", "type is required", "uniform"]),
+    "empty": ("", '"vehicle.mass" = {}', ["vehicle.mass", "type is required"]),
+    "nested, no type": ("", "vehicle.mass = {low=1, high=2}", ["vehicle.mass", "type is required"]),
     "nested, no distribution": ("", "vehicle.mass = 5", ["vary.vehicle"]),
     "unknown key of a distribution": ("", '"vehicle.mass" = {type="uniform", low=0, high=1, med=1}', ["mass.med: unknown"]),
     "unknown key of the mission": ("", f'"vehicle.mas" = {UNIFORM}', ["cannot vary vehicle.mas: unknown key; ", "mean mass?"]),
@@ -201,7 +201,7 @@ def test_its_answer_names_limits_and_what_of_the_path_is_not_flown(tmp_path):
 
 
 MISSIONS = {
-    "missing": ("", ["mission", "missing"]),
+    "missing": ("", ["mission", "is required"]),
     "a number": ("mission = 5", ["mission: should be text, not 5: a mission file", "or a whole mission as a table"]),
     "an empty name": ('mission = ""', ["cannot be read"]),
     "a file that is not there": ('mission = "none.toml"', ["none.toml", "file not found"]),
@@ -210,7 +210,7 @@ MISSIONS = {
     "no TOML": ('mission = "bad.toml"', ["bad.toml", "not valid TOML"]),
     "a mission that cannot be flown": ('mission = "ill.toml"', ["ill.toml", "path"]),
     "of an unknown key, inside": ('mission = {path = {type="step", end=[1,0,0]}, vehicel = {}}', ["vehicel", "unknown key"]),
-    "an empty table": ("mission = {}", ["path", "missing"]),
+    "an empty table": ("mission = {}", ["path", "is required"]),
     "a name with a zero": ('mission = "a\\u0000b.toml"', ["b.toml"]),
     "a long name": ('mission = "' + "x" * 5000 + '"', ["cannot be read"]),
 }

@@ -60,7 +60,7 @@ STAND = "[stand]\nthrottle = [0.1, 0.5, 1.0]\nthrust = [1.0, 4.0, 9.0]\n"
 
 @pytest.mark.parametrize(("text", "said"), [
     (SHEET.replace("mass = 0.62", "mass = 62.0"), "times the weight"),
-    (SHEET.replace("kv = 1950\n", ""), "kv: missing"),
+    (SHEET.replace("kv = 1950\n", ""), "kv is required"),
     (SHEET.replace("kv = 1950\n", "kv = 1e9\n"), "kv: "),
     (SHEET.replace("wheelbase = 0.22", "wheelbase = 1e6"), "sheet.toml: wheelbase: "),
     (SHEET.replace("wheelbase = 0.22", "wheelbase = 220"), "wheelbase: 220 m does not fit propellers of 0.1"),

@@ -78,7 +78,7 @@ def test_the_same_entry_written_in_two_ways(tmp_path):
 
 
 def test_a_value_in_the_middle_that_cannot_be_flown(tmp_path):
-    refused(envelope(tmp_path, x="sensors.latency=0,0.0003", file=mission(tmp_path, "")), "mission.toml: path", "missing")
+    refused(envelope(tmp_path, x="sensors.latency=0,0.0003", file=mission(tmp_path, "")), "mission.toml: path", "is required")
     refused(envelope(tmp_path, x="simulation.log_period=0.02,0.03,0.04"), "log_period = 0.03", "whole multiple")
     assert not (tmp_path / "out").exists()
 
