@@ -61,7 +61,7 @@ MOST_HATCHED = 20_000
 LISTED_TICKS = 25
 LEAST = 1e-12
 
-MARK = {"marker": "X", "ms": 8.0, "mfc": NAMED["vermillion"], "mec": "white", "linewidth": 0.0}
+MARK: dict[str, Any] = {"marker": "X", "ms": 8.0, "mfc": NAMED["vermillion"], "mec": "white", "linewidth": 0.0}
 
 
 def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Mapping[int, str]) -> None:
