@@ -102,7 +102,7 @@ def test_figures_of_the_article_follow_keyboard_and_finger(firefox, tmp_path):
         const { x, y, width, height } = handle.getBoundingClientRect();
         return [Math.round(x + width / 2), Math.round(y + height / 2)];
     """
-    for name, said in (("sliding", " at the start −"), ("inversion", "misses by")):
+    for name, said in (("sliding", " at the start: −"), ("inversion", "misses by")):
         before = firefox.evaluate(drawn, name)
         x, y = firefox.evaluate(where, name)
         moves = [{"type": "pointerMove", "x": x, "y": y + down} for down in (0, 60, 120, 170)]

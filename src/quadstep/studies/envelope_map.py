@@ -61,8 +61,6 @@ MOST_HATCHED = 20_000
 LISTED_TICKS = 25
 LEAST = 1e-12
 
-MARK: dict[str, Any] = {"marker": "X", "ms": 8.0, "mfc": NAMED["vermillion"], "mec": "white", "linewidth": 0.0}
-
 
 def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Mapping[int, str]) -> None:
     """Write `path` in the sheet's formats. links: where flights of cells can be seen, by the cell's number."""
@@ -90,7 +88,7 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Ma
             axes.set_ylabel(label(mission, request.y.key))
         if norm and (by_success(cells) or np.ptp(cells.rmse[coloured(cells)]) > 0.0):  # one value needs no scale
             draw_scale(figure, grid, norm, request)
-        handles = [*legend(request, cells), *grid.flat[0].plot([], [], **MARK, label="not as commanded")[: len(cells.lacking)]]
+        handles = [*legend(request, cells), *mark(grid.flat[0], [], [])[: len(cells.lacking)]]
         if handles:
             beside = max(1, min(len(handles), 4, int(width / 1.7)))
             figure.legend(handles=handles, loc="outside lower left", ncols=beside, handlelength=2.6, handleheight=1.6)
@@ -160,6 +158,12 @@ def colours(cells: Cells) -> list[str]:
     return [to_hex((r, g, b)) if shown else "" for r, g, b, shown in painted(cells).reshape(-1, 4).tolist()]
 
 
+def mark(axes: Axes, x: list[float], y: list[float]) -> list[Line2D]:
+    """Crosses where a flight that reaches the end is not as commanded."""
+    fill, label = NAMED["vermillion"], "not as commanded"
+    return axes.plot(x, y, marker="X", ms=8.0, mfc=fill, mec="white", linewidth=0.0, label=label)
+
+
 def draw_panel(axes: Axes, request: Request, cells: Cells, place: int) -> None:
     """One panel: x to the right, y up."""
     good, cause = coloured(cells)[place], cells.cause[place]
@@ -172,7 +176,7 @@ def draw_panel(axes: Axes, request: Request, cells: Cells, place: int) -> None:
         strike(axes, good & ~cells.flyable[place], across, up)
     x, y = (edges(axis)[:-1] + np.diff(edges(axis)) / 2.0 for axis in (request.x, request.y))
     marked = [at for at in (np.unravel_index(one, request.shape) for one in cells.lacking) if at[0] == place]
-    axes.plot([x[column] for _, _, column in marked], [y[row] for _, row, _ in marked], **MARK)
+    mark(axes, [x[column] for _, _, column in marked], [y[row] for _, row, _ in marked])
     tell_cells(axes, request, cells, place)
     for axis, given in ((axes.xaxis, request.x), (axes.yaxis, request.y)):
         if given.ranged:
