@@ -364,11 +364,11 @@ def test_a_loop_that_bends_at_rest_has_the_worst_margins_of_its_sides():
             assert one.delay == pytest.approx(other.delay, rel=1e-6)
             assert one.gain_up == pytest.approx(other.gain_up, rel=1e-6)
     assert bent.tried.startswith("33 one-sided linearisations (")
-    said = sentences(sides._replace(tried=bent.tried))[-1]
+    said = sentences(sides._replace(tried=bent.tried, kinked=bent.kinked))[-1]
     assert (
         f"the worst of {bent.tried}, without the digits that depend on this choice. Curves, poles and steps show one" in said
     )
-    kinked = sides._replace(tried=bent.tried)
+    kinked = sides._replace(tried=bent.tried, kinked=bent.kinked)
     exact, cut = ({name: row for name, *row in by_channel(one)[1]}["phase [°]"] for one in (sides, kinked))
     assert cut == [one if one == "none" else one[:-2] for one in exact]
     least = min(one.phase for one in sides.margins)
@@ -383,7 +383,7 @@ def test_a_loop_that_bends_at_rest_has_the_worst_margins_of_its_sides():
     for channel, one, other in zip(around.channels, around.margins, ends.margins, strict=True):
         if channel.name != "thrust":
             assert (one.phase, one.delay, one.gain_up) == pytest.approx((other.phase, other.delay, other.gain_up), rel=1e-3)
-    said = sentences(around._replace(near=near.near, tried=near.tried))[-1]
+    said = sentences(around._replace(near=near.near, tried=near.tried, kinked=near.kinked))[-1]
     assert said.startswith("The law has a kink close to rest")
     assert "4 at states within 0.1 mm of it, without the digits that depend on this choice. Curves" in said
 

@@ -113,7 +113,7 @@ def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis
     assert [one.partition("; a sound loop has at least ")[2] for one in with_limits] == ["6.0 dB", "30.0°", "", ""]
     warned = [with_limit(one, analysis).kind for one in worst.facts([("", analysis)])]
     assert warned == ["", "fair", "", ""]
-    kinked = analysis._replace(tried="all different")
+    kinked = analysis._replace(tried="all different", kinked=True)
     peak, both = (worst.by_channel(one)[1][5][1:] for one in (analysis, kinked))
     assert all(0.0 <= float(cut) - float(exact) < 0.1 for exact, cut in zip(peak, both, strict=True))
     assert [kinked.cut(one) for one in ("none", "6.4", "-8.9", "49.3", "0.66")] == ["none", "6.4", "-8.9", "49", "0.6"]

@@ -121,8 +121,8 @@ def tuning(
         against.append(f"{listed(names)} {'is' if len(names) == 1 else 'are'} not known to within {100.0 * ENOUGH:.0f} %")
     against += [f"no held-out flight turns much about {listed(idle, 'or')}"] * bool(idle)
     if not against:
-        known = number(100.0 * max(max(reach(fit, key)) for axis in TUNED for key in USES[axis][0]), 2)
-        enough = f"known to within {known} %; {100.0 * ENOUGH:.0f} % is enough"
+        least = max((key for axis in TUNED for key in USES[axis][0]), key=lambda key: max(reach(fit, key)))
+        enough = f"known to within {within(fit, least)}; {100.0 * ENOUGH:.0f} % is enough"
         return f"Roll and pitch ({enough}) can be tuned on this model; yaw is not judged."
     can = f"{listed(ready).capitalize()} can be tuned on this model; do not yet tune" if ready else "Do not yet tune"
     speed = bool(TUNED.keys() & set(unknown)) and max(reach(fit, SPEED)) > 0.25 * ENOUGH  # half of what a gain may be off

@@ -80,7 +80,7 @@ class Analysis(NamedTuple):
     limits: what a sound loop has. bends: places of the laws where slopes differ on both sides; near: states
     whose slopes are others near rest; tried: on which sides and where, in words; later: when it was linearised again,
     as it had become another loop [s]. aside: how far from where the path begins it rests [m]. eventful: whether
-    events, which it leaves out, change the vehicle in flight.
+    events, which it leaves out, change the vehicle in flight. kinked: whether margins depend on the sides and states tried.
     """
 
     channels: tuple[Channel, ...]
@@ -95,15 +95,11 @@ class Analysis(NamedTuple):
     later: tuple[float, ...] = ()
     aside: float = 0.0
     eventful: bool = False
+    kinked: bool = False
 
     @property
     def growing(self) -> list[Pole]:
         return [pole for pole in self.poles if pole.real * self.loop.period.length > STILL]
-
-    @property
-    def kinked(self) -> bool:
-        """Whether its margins depend on the sides and states that were tried."""
-        return bool(self.near) or "different" in self.tried
 
     def cut(self, text: str, peak: bool = False) -> str:
         """A margin without a third digit where that depends on what was tried: "49" for 49.3°; a peak is rounded up."""
@@ -144,7 +140,7 @@ def analyse_rest(mission: Mission) -> RestAnalysis:
 def with_place(analysis: Analysis, mission: Mission, rests: list[Rest]) -> Analysis:
     """With where its loops rest, what was tried about it, and whether the mission has events."""
     off, events, one = max(map(aside, rests)), bool(getattr(mission, "events", ())), rests[0]
-    return analysis._replace(aside=off, eventful=events, near=one.near, tried=one.tried, later=one.later)
+    return analysis._replace(aside=off, eventful=events, near=one.near, tried=one.tried, later=one.later, kinked=one.kinked)
 
 
 def limits(mission: Mission) -> MarginLimits:

@@ -71,8 +71,8 @@ PATIENCE = 3
 
 class Rest(NamedTuple):
     """A loop at rest. flown: its state at tick `first`; period: linearised there. pieces: where it bends, on other sides, and
-    near it; tried: which, in words. near: states whose slopes are others near rest. later: when it has become another loop
-    [s], whose period is a piece too.
+    near it; tried: which, in words; kinked: whether these differ. near: states whose slopes are others near rest. later: when
+    it has become another loop [s], whose period is a piece too.
     """
 
     loops: Loops
@@ -83,6 +83,7 @@ class Rest(NamedTuple):
     tried: str = ""
     near: tuple[str, ...] = ()
     later: tuple[float, ...] = ()
+    kinked: bool = False
 
 
 def check_equilibrium(mission: Mission) -> None:
@@ -244,7 +245,7 @@ def with_pieces(rest: Rest) -> Rest:
     pieces, sides = tuple(other_sides(rest)), 1 + len(mixtures(rest))
     some = "all different" if len(pieces) == sides - 1 else f"{1 + len(pieces)} of them different"
     differ = some if pieces else "all alike"
-    return rest._replace(pieces=pieces, tried=f"{sides} one-sided linearisations ({differ})")
+    return rest._replace(pieces=pieces, tried=f"{sides} one-sided linearisations ({differ})", kinked=bool(pieces))
 
 
 def with_others(rest: Rest) -> Rest:
@@ -275,7 +276,7 @@ def with_near(rest: Rest) -> Rest:
     if not near:
         return rest
     tried = " and ".join(filter(None, (rest.tried, f"{MOVED} at states within {1e3 * NEAR:g} mm of it")))
-    return rest._replace(pieces=(*rest.pieces, *nearby(*place, rest.period)), tried=tried, near=near)
+    return rest._replace(pieces=(*rest.pieces, *nearby(*place, rest.period)), tried=tried, near=near, kinked=True)
 
 
 def better(loops: Loops, flown: LoopState, first: int, period: ReducedPeriod, change: Array, size: float) -> LoopState:

@@ -4,6 +4,7 @@ import hashlib
 import json
 from collections.abc import Iterator, Mapping
 from html import escape
+from itertools import chain
 from pathlib import Path
 from typing import cast
 
@@ -86,8 +87,9 @@ class Map(Study[Envelope]):
         alone = self.asked.flights == 1 and not self.campaign.file.failure
         ended = np.flatnonzero(envelope.cells.successes).tolist() if alone else []
         more = [cell for cell in ended if cell not in found] if len(ended) <= MOST_GRADED else []
-        again = {**found, **dict(zip(more, flown_again(self.campaign, more), strict=True))}
-        shown = ((flight, one.replay, one.log) for flight, one in again.items() if one.drawable)
+        blocks = (more[at : at + AT_ONCE] for at in range(0, len(more), AT_ONCE))
+        again = (pair for block in blocks for pair in zip(block, flown_again(self.campaign, block), strict=True))
+        shown = ((flight, one.replay, one.log) for flight, one in chain(found.items(), again) if one.drawable)
         return {flight % self.asked.cells: grade_of(one.mission, log) for flight, one, log in shown if one and log}
 
     def place(self, cell: int, colour: str) -> Cell:
@@ -110,7 +112,7 @@ class Map(Study[Envelope]):
         return one._replace(replay=one.replay._replace(mission=one.replay.mission.model_copy(update={"name": name})))
 
 
-MOST_GRADED = 300  # flights that reach the end: of more, only those shown
+MOST_GRADED, AT_ONCE = 300, 32  # flights that reach the end: of more, only those shown; so many logs in memory
 
 
 def grade_of(mission: Mission, log: FlightLog) -> Graded:
