@@ -300,14 +300,52 @@ def test_of_a_map_without_limits_as_many_flights_are_not_as_commanded_as_have_th
         grades = [one["outcome"]["grade"] for one in data_of((out / "flights.html").read_text())["flights"]]
         ended = [one for one in grades if one != "lost"]
         good, told = ended.count("as commanded"), " ".join(run.out.split())
-        found = re.search(r"\. (None|\d+) of the (\d+) that reach the end (?:is|are) (not )?as commanded: ", told)
-        assert bool(found) == (good < len(ended)), (told, grades)
-        assert ".." not in told
-        if found:
-            assert int(found[2]) == len(ended)
-            assert (found[1], found[3]) == (("None", None) if not good else (f"{len(ended) - good}", "not "))
-        seen.add(found and found[1] == "None")
-    assert seen == {True, False, None}, seen
+        found = re.search(r"[.;] (none|All|\d+) of the (\d+)(?: that reach the end)? (?:is|are) (not )?as commanded", told)
+        assert int(found[2]) == len(ended) and ".." not in told, told
+        wanted = ("none", None) if not good else ("All", None) if good == len(ended) else (f"{len(ended) - good}", "not ")
+        assert (found[1], found[3]) == wanted
+        seen.add(found[1] if found[1] in ("none", "All") else "some")
+    assert seen == {"none", "All", "some"}, seen
+
+
+def test_whatever_flights_of_a_map_are_graded_the_answer_says_of_how_many_and_what_they_lack(tmp_path):
+    """Any map: the counts of the sentence are those of the flights, and those that are not graded are said not to be."""
+    random, seen = np.random.default_rng(11), set()
+    for _ in range(400):
+        flights = int(random.choice([1, 1, 4]))
+        asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:3:2", flights=flights)
+        cells = made(random.binomial(flights, random.choice([0.3, 0.9, 1.0]), (1, 2, 3)), 0.1, flights=flights)
+        some = [cell for cell in np.flatnonzero(cells.successes).tolist() if random.random() < random.choice([0.5, 1.0])]
+        names, share = ("large error", "shaking"), random.choice([0.0, 0.5, 1.0])
+        lacking = {cell: names[: random.integers(1, 3)] if random.random() < share else () for cell in some}
+        found = Envelope(asked, cells._replace(lacking=lacking), [MapPanel("", 6, int(cells.flyable.sum()), 0.5, {}, None)])
+        told, bad = answer(found).replace("\N{NO-BREAK SPACE}", " "), [labels for labels in lacking.values() if labels]
+        more, limited = (
+            int(cells.successes.sum()) - len(lacking),
+            asked._replace(
+                campaign=asked.campaign._replace(
+                    file=asked.campaign.file.model_copy(update={"failure": {"position_rmse": 1.0}})
+                )
+            ),
+        )
+        assert "commanded" not in answer(found._replace(asked=limited)), "the limit judges"
+        said = re.search(r"[.;] ([^.;]*) as commanded(: [^.;]*)?(; the other (\d+) are not graded)?\. ?", told)
+        if not lacking:
+            assert not said and ("is among those graded" in told) == (more > 0), told
+            continue
+        assert int(said[4] or 0) == more and ("shown" in said[1]) == (more > 0), told
+        counts = [sum(name in labels for labels in bad) for name in names]
+        if len(lacking) == 1:
+            assert (" not" in said[1]) == bool(bad) and "nly one" in said[1], told
+        else:
+            count = re.match(r"(\w+) of the (\d+)", said[1])
+            assert int(count[2]) == len(lacking) and (" not" in said[1]) == (0 < len(bad) < len(lacking)), told
+            assert count[1] == ("All" if not bad else "none" if len(bad) == len(lacking) else str(len(bad))), told
+            assert all(
+                (f"{name} in {count}" in (said[2] or "")) == (count > 0) for name, count in zip(names, counts, strict=True)
+            )
+        seen.add((len(lacking) == 1, bool(more), 0 if not bad else 2 if len(bad) == len(lacking) else 1))
+    assert len(seen) == 10, seen
 
 
 def test_flights_that_are_not_shown_are_graded_and_marked_too(tmp_path, monkeypatch):
@@ -322,7 +360,19 @@ def test_flights_that_are_not_shown_are_graded_and_marked_too(tmp_path, monkeypa
     assert f"{len(bad)} of the {len(grades)} " in told and " not as commanded: " in told, told
     assert f"left its path in {sum('left its path' in one.labels for one in bad)}" in told
     assert len(data_of((out / "flights.html").read_text())["flights"]) == 2
-    assert "not as commanded" in (out / "report.html").read_text()
+    report = (out / "report.html").read_text()
+    whys = {", ".join(one.labels).replace(", ", " and ") if len(one.labels) < 3 else "" for one in bad}
+    assert all(f"not as commanded: {why}" in report for why in whys), "under the pointer"
+
+
+def test_of_a_large_map_the_answer_says_that_only_flights_shown_are_graded(tmp_path, monkeypatch):
+    monkeypatch.setattr(envelope, "MOST_WATCHED", 4)
+    monkeypatch.setattr(envelope, "MOST_GRADED", 4)
+    axes = "--x", "path.duration=0.5:1:3", "--y", "vehicle.mass=1:1.1:4"
+    told = quadstep("envelope", write(tmp_path, LINE), *axes, "--out", tmp_path / "out").out
+    wanted = r"end; none of the (\d) flights shown that reach the end is as commanded: .*; the other (\d) are not graded\."
+    shown, others = map(int, re.search(wanted, " ".join(told.split())).groups())
+    assert shown == len(data_of((tmp_path / "out" / "flights.html").read_text())["flights"]) == 12 - others
 
 
 def test_the_answer_says_where_the_map_can_be_flown_and_where_not(tmp_path):

@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 
 from quadstep.interfaces.log import FlightLog
-from quadstep.metrics.verdict import Graded, graded
+from quadstep.metrics.verdict import FlightGrade, Graded, graded
 from quadstep.mission.fields import label, words
 from quadstep.mission.schema import Mission
 from quadstep.page.model import Cell
@@ -23,7 +23,7 @@ from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.single import FlownAgain, flown_again, write_flights
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.campaign.varied import variation_text
-from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, coloured_by, enough, lacking
+from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, coloured_by, enough
 from quadstep.studies.envelope_cells import CAUSES, FLYABLE, Cells, cells_of, table
 from quadstep.studies.envelope_map import colours, draw_map, draw_slices, in_brief
 from quadstep.studies.envelope_request import Request, Value
@@ -57,13 +57,13 @@ class Map(Study[Envelope]):
         seen = {int(envelope.cells.shown.flat[cell]): int(envelope.cells.successes.flat[cell]) for cell in cells}
         again = zip(seen.items(), flown_again(self.campaign, [*seen]), strict=True)
         found = {flight: self.named(one, flight, successes) for (flight, successes), one in again}
-        envelope = envelope._replace(grades=self.grades(envelope, found))
+        envelope = envelope._replace(cells=envelope.cells._replace(lacking=self.lacking(envelope, found)))
         drawn = colours(envelope.cells)
         places = {flight: self.place(cell, drawn[cell]) for flight, cell in zip(seen, cells, strict=True)}
         said = [*coloured_by(envelope.cells), *[MARKED] * (self.asked.flights > 1 and not all(drawn))]
         links = write_flights(out, self.campaign, found, places, intro=[" ".join(said)] if said else [])
         at = {flight % self.asked.cells: link for flight, link in links.items()}
-        draw_map(out / PICTURE, self.asked, envelope.cells._replace(lacking=lacking(envelope)), sheet, at)
+        draw_map(out / PICTURE, self.asked, envelope.cells, sheet, at)
         sliced, y = draw_slices(out / SLICES, self.asked, envelope.cells, sheet), self.asked.y
         where = f" where {y.in_words(y.values[len(y.values) // 2])}" * bool(self.asked.by)
         along = f"The same errors{where}{'; no line where cells have no colour' * (not all(drawn))}."
@@ -83,14 +83,17 @@ class Map(Study[Envelope]):
             paper=booktabs(header, [rows], [self.campaign.file.name]),
         )
 
-    def grades(self, envelope: Envelope, found: Mapping[int, FlownAgain]) -> dict[int, Graded]:
-        alone = self.asked.flights == 1 and not self.campaign.file.failure
-        ended = np.flatnonzero(envelope.cells.successes).tolist() if alone else []
+    def lacking(self, envelope: Envelope, found: Mapping[int, FlownAgain]) -> dict[int, tuple[str, ...]]:
+        """`Cells.lacking`, of those found and, in a map of few flights that reach the end, of all; none judged by limits."""
+        if self.campaign.file.failure:
+            return {}
+        ended = np.flatnonzero(envelope.cells.successes).tolist() if self.asked.flights == 1 else []
         more = [cell for cell in ended if cell not in found] if len(ended) <= MOST_GRADED else []
         blocks = (more[at : at + AT_ONCE] for at in range(0, len(more), AT_ONCE))
         again = (pair for block in blocks for pair in zip(block, flown_again(self.campaign, block), strict=True))
         shown = ((flight, one.replay, one.log) for flight, one in chain(found.items(), again) if one.drawable)
-        return {flight % self.asked.cells: grade_of(one.mission, log) for flight, one, log in shown if one and log}
+        graded = ((flight % self.asked.cells, grade_of(one.mission, log)) for flight, one, log in shown if one and log)
+        return {cell: one.labels for cell, one in graded if one.grade is not FlightGrade.LOST}
 
     def place(self, cell: int, colour: str) -> Cell:
         """Where the page has a flight in its table, and the map's colour there."""

@@ -2,15 +2,13 @@
 
 import itertools
 from collections import Counter
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.metrics.statistics import share
-from quadstep.metrics.verdict import FlightGrade, Graded
 from quadstep.mission.fields import words
 from quadstep.report import units
 from quadstep.studies.campaign.summary import as_sentence
@@ -35,12 +33,9 @@ class MapPanel(NamedTuple):
 
 
 class Envelope(NamedTuple):
-    """A map. grades: of the graded cells, by number."""
-
     asked: Request
     cells: Cells
     panels: list[MapPanel]
-    grades: Mapping[int, Graded] = MappingProxyType({})
 
 
 def answer(envelope: Envelope) -> str:
@@ -74,25 +69,26 @@ DO = {"succeeded": "succeed", "reached the end": "reach the end"}
 
 
 def as_commanded(envelope: Envelope) -> str:
-    """How many of the graded flights that reach the end are as commanded, and what the others lack, in a sentence of its own;
-    nothing where all are, or where the user set limits.
+    """How many of the graded flights that reach the end are as commanded, what the others lack, and how many are not graded:
+    a sentence of its own, or where none is, a clause of the first; nothing where the user set limits.
     """
-    ended = [one for one in envelope.grades.values() if one.grade is not FlightGrade.LOST]
-    good = sum(one.grade is FlightGrade.AS_COMMANDED for one in ended)
-    if good == len(ended) or envelope.asked.campaign.file.failure:
+    lacking = envelope.cells.lacking
+    ended, bad = len(lacking), sum(map(bool, lacking.values()))
+    more = int(envelope.cells.successes.sum()) - ended
+    if envelope.asked.campaign.file.failure or not ended + more:
         return ""
-    lack = Counter(label for one in ended for label in one.labels).most_common()
-    whole = envelope.asked.flights == 1 and len(ended) == int(envelope.cells.flyable.sum())
-    shown = f"{len(ended)}{' flights shown' * (not whole)} that reach the end"
-    bad = len(ended) - good
-    said = f"{bad if good else 'None'} of the {shown} {'are' if good and bad > 1 else 'is'}{' not' * bool(good)} as commanded"
-    return f". {said}: {units.listed([f'{label} in {count}' for label, count in lack])}"
-
-
-def lacking(envelope: Envelope) -> dict[int, str]:
-    ended = {cell: one for cell, one in envelope.grades.items() if one.grade is not FlightGrade.LOST}
-    bad = {cell: units.listed(one.labels) for cell, one in ended.items() if one.grade is FlightGrade.FLEW_BUT}
-    return bad if envelope.asked.flights == 1 and len(bad) < len(ended) else {}
+    if not ended:
+        return ". No flight that reaches the end is among those graded"
+    lack = Counter(itertools.chain(*lacking.values())).most_common()
+    why = units.listed([f"{label} in {times}" if ended > 1 else label for label, times in lack])
+    some, shown = 0 < bad < ended, " flights shown" * bool(more)
+    if ended == 1:
+        said = f"the only one of the{shown or ' flights'} that reaches the end is{' not' * bad}"
+    else:
+        of, ends = "all" if not bad else bad if some else "none", " that reach the end" * bool(more or bad < ended)
+        said = f"{of} of the {ended}{shown}{ends} {'is' if bad in (1, ended) else 'are'}{' not' * some}"
+    said += f" as commanded{': ' * bool(why)}{why}{f'; the other {more} are not graded' * bool(more)}"
+    return f". {said[0].upper()}{said[1:]}" if bad < ended else f"; {said}"
 
 
 def how_sure(envelope: Envelope) -> str:

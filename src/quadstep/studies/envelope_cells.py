@@ -45,7 +45,7 @@ class Cells(NamedTuple):
     causes: of those that did not succeed how many by each of `CAUSES` (a fourth index). completed: how many completed.
     rmse, mean: median and mean RMSE [m], and largest: largest error [m] of these, NaN where missing. outcome: the most
     frequent one. shown: the first flight that succeeds where at least `MOSTLY` of them do, elsewhere the first that does not.
-    lacking: cells marked as not flown as commanded, by number, and why.
+    lacking: what each graded flight that reaches the end lacks of being as commanded, by the number of its cell.
     """
 
     flights: int
@@ -57,7 +57,7 @@ class Cells(NamedTuple):
     largest: NDArray[np.float64]
     outcome: NDArray[np.int64]
     shown: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
-    lacking: Mapping[int, str] = MappingProxyType({})
+    lacking: Mapping[int, tuple[str, ...]] = MappingProxyType({})
 
     @property
     def successes(self) -> NDArray[np.int64]:
@@ -67,6 +67,12 @@ class Cells(NamedTuple):
     def cause(self) -> NDArray[np.int64]:
         """The most frequent of `CAUSES`, -1 where all succeed."""
         return np.where(self.causes.any(axis=-1), self.causes.argmax(axis=-1), -1)
+
+    @property
+    def crossed(self) -> list[int]:
+        """Cells whose only flight reaches the end, but not as commanded, by number; none where that is all that are graded."""
+        bad = [cell for cell, labels in self.lacking.items() if labels]
+        return bad if self.flights == 1 and len(bad) < len(self.lacking) else []
 
     @property
     def share(self) -> NDArray[np.float64]:

@@ -28,7 +28,7 @@ from quadstep.report.canvas import LINES, drawing, figure_at, write
 from quadstep.report.colours import COLOURS as NAMED
 from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
-from quadstep.report.units import handy, metric, percent, quantity
+from quadstep.report.units import handy, listed, metric, percent, quantity
 from quadstep.studies.campaign.varied import text_of
 from quadstep.studies.envelope_cells import CAUSES, MOSTLY, OVER_LIMIT, Cells, too_few
 from quadstep.studies.envelope_request import MapAxis, Request
@@ -88,7 +88,7 @@ def draw_map(path: Path, request: Request, cells: Cells, sheet: Sheet, links: Ma
             axes.set_ylabel(label(mission, request.y.key))
         if norm and (by_success(cells) or np.ptp(cells.rmse[coloured(cells)]) > 0.0):  # one value needs no scale
             draw_scale(figure, grid, norm, request)
-        handles = [*legend(request, cells), *mark(grid.flat[0], [], [])[: len(cells.lacking)]]
+        handles = [*legend(request, cells), *mark(grid.flat[0], [], [])[: len(cells.crossed)]]
         if handles:
             beside = max(1, min(len(handles), 4, int(width / 1.7)))
             figure.legend(handles=handles, loc="outside lower left", ncols=beside, handlelength=2.6, handleheight=1.6)
@@ -175,7 +175,7 @@ def draw_panel(axes: Axes, request: Request, cells: Cells, place: int) -> None:
     if cells.flyable.any():
         strike(axes, good & ~cells.flyable[place], across, up)
     x, y = (edges(axis)[:-1] + np.diff(edges(axis)) / 2.0 for axis in (request.x, request.y))
-    marked = [at for at in (np.unravel_index(one, request.shape) for one in cells.lacking) if at[0] == place]
+    marked = [at for at in (np.unravel_index(one, request.shape) for one in cells.crossed) if at[0] == place]
     mark(axes, [x[column] for _, _, column in marked], [y[row] for _, row, _ in marked])
     tell_cells(axes, request, cells, place)
     for axis, given in ((axes.xaxis, request.x), (axes.yaxis, request.y)):
@@ -227,6 +227,9 @@ def tell_cells(axes: Axes, request: Request, cells: Cells, place: int) -> None:
         told += [("position RMSE", quantity(rmse, "m"))] if math.isfinite(rmse) else []
         why = f"{'mostly ' * bool((causes > 0).sum() > 1)}{in_brief(CAUSES[causes.argmax()])}" if causes.any() else ""
         told += [("failures" if cells.flights > 1 else "result", why)] if why else []
+        lacking = cells.lacking.get(int(np.ravel_multi_index((place, row, column), request.shape)))
+        such = f"not as commanded: {listed(lacking)}" if lacking else "as commanded"
+        told += [("flight shown" if cells.flights > 1 else "result", such)] if lacking is not None else []
         tell(axes, ToldPlace(across[column], across[column + 1], up[row], up[row + 1], name, told))
 
 
