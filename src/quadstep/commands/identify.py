@@ -53,7 +53,7 @@ def identify(
         typer.Option("--trust-mapping", help="Fit even if a log contradicts its mapping; the contradictions are printed."),
     ] = False,
     still_air: Annotated[
-        bool, typer.Option("--still-air", help="Assume no wind, as indoors: a lean then reveals the sensor's tilt.")
+        bool, typer.Option("--still-air", help="Assume no wind, as indoors: a mean tilt is then the sensor's.")
     ] = False,
     hold_out: Annotated[
         bool, typer.Option("--hold-out/--no-hold-out", help="Hold out one flight in four and test the first fit on it.")

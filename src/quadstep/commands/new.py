@@ -145,7 +145,7 @@ def fit(
     say_whole(f"Wrote {target} and {campaign}. To fly its uncertainties: {command('campaign', campaign)}")
 
 
-making = typer.Typer(help="Make vehicle files.", rich_markup_mode=None)
+making = typer.Typer(help="Make a vehicle file from a data sheet.", rich_markup_mode=None)
 making.callback()(lambda: None)
 making.command(cls=PlainCommand)(expanded(fit))
 

@@ -211,7 +211,7 @@ def serve_setpoints(
         float, typer.Option(metavar="SECONDS", help="How long to keep sending the end point after the path is finished.")
     ] = 10.0,
 ) -> None:
-    """Send a mission's path to a vehicle as MAVLink setpoints, in real time; never arms or changes the mode.
+    """Send a mission's path to a vehicle as MAVLink setpoints, in real time; never arms it or changes its mode.
 
     Exit code 0: sent. 2: bad input, or no vehicle responded. 130: interrupted.
     """

@@ -12,7 +12,7 @@ from quadstep.report.pool import start_server
 
 
 def advise(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log of a flight with an excitation, or with quick turns.")],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of a flight with quick stick moves, autotune or a chirp.")],
     mission: Annotated[
         Path | None, typer.Option(metavar="MISSION.toml", help="A mission whose modelled margins are shown for comparison.")
     ] = None,
@@ -31,7 +31,7 @@ def advise(
 ) -> None:
     """Measure a loop's margins from a flight log, and advise gains that would make it sound (docs/advise.md).
 
-    Exit code 0: measured, sound or not. 2: bad input, or a log without an excitation that determines the margins.
+    Exit code 0: measured, sound or not. 2: bad input, or a log that does not determine the margins.
     """
     from quadstep.studies.advise import advise as advised
 
@@ -68,7 +68,7 @@ def what_if(
     changes: ChangesArgument,
     vehicle: Annotated[str, typer.Option(metavar="VEHICLE", help="A preset's name, or a vehicle file (TOML).")],
     wind: Annotated[float, typer.Option(metavar="M/S", help="Largest mean wind per axis; also sets the turbulence.")] = 3.0,
-    within: Annotated[float, typer.Option(metavar="M", help="A flight fails if ever farther from its target.")] = 1.0,
+    within: Annotated[float, typer.Option(metavar="M", help="A flight fails if it is ever farther from its target.")] = 1.0,
     flights: Annotated[int, typer.Option(help="Flights in gusts, before and after.")] = 1000,
     seed: Annotated[int, typer.Option(help="Seed of wind and noise.")] = 1,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<file's name>-what-if.")] = None,
