@@ -153,6 +153,17 @@ def test_a_control_of_what_the_campaign_varies_is_refused_in_words(open_page):
     assert not page.locator("#reset").is_enabled()
 
 
+@needs(CHROMIUM)
+def test_a_page_that_opens_with_other_values_counts_the_original_ones_too(open_page):
+    page = open_page("#set=k_x:12,14,16")
+    page.wait_for_function("() => document.querySelector('#rate .note').textContent.includes('Outline: ')")
+    assert " fail with the original values: " in page.locator("#rate-words").inner_text()
+    changed = page.evaluate("quadstep.rate()")
+    page.click("#reset")
+    original = page.evaluate("quadstep.rate()")  # as counted behind the others
+    assert original["done"] and original["largest_error"] != changed["largest_error"]
+
+
 DRAWN = """() => new Promise((tell) => {
   const [rectangles, words, own] = [[], [], CanvasRenderingContext2D.prototype];
   const [fill, write] = [own.fillRect, own.fillText];

@@ -12,6 +12,7 @@ import { palette } from "../view/theme";
 import { exactShare, shareDifference } from "./interval";
 import { Tally } from "./judge";
 import { Pool, type Setting } from "./pool";
+import type { Done } from "./worker";
 
 type Metric = keyof Rate["failure"];
 const NAMES: Record<Metric, string> = { largest_error: "largest error", position_rmse: "position RMSE" };
@@ -26,8 +27,9 @@ export class RatePanel {
   private pool: Pool | undefined;
   private rate: Rate | undefined;
   private usual: readonly number[] = [];
-  private own: Inputs | undefined; // as the file has it
+  private own: Setting | undefined; // as the file has it
   private before: Tally | undefined; // its flights
+  private counted: Tally | undefined; // what flies now
   private readonly most = new Map<Metric, number>(); // the right end of each histogram
   private readonly words = h("p", { id: "rate-words" });
   private readonly pictures = h("div"); // a histogram for each metric with a limit
@@ -54,15 +56,28 @@ export class RatePanel {
     const setting = this.setting(shown, rate);
     this.note.hidden = this.pictures.hidden = setting === undefined;
     if (!setting) {
-      pool.fly(this.tally = undefined);
+      pool.fly(this.tally = this.counted = undefined);
       const own = controllerOf(data, shown.settings.controller) === data.controllers[0];
       this.words.textContent = `The campaign ${own ? `varies ${rate.keys.join("; ")} itself; restore the original value${rate.keys.length > 1 ? "s" : ""}` : "flies the mission’s controller; restore it"} to see the failure rate.`;
       return;
     }
-    const own = this.own !== undefined && alike(setting.given, this.own);
+    const own = this.own !== undefined && alike(setting.given, this.own.given);
     this.tally = own && this.before?.done ? this.before : new Tally(rate);
     if (own) this.before = this.tally;
-    pool.fly(this.tally.done ? undefined : setting);
+    this.count(this.tally, setting);
+    this.request();
+  }
+
+  private count(tally: Tally, setting: Setting): void {
+    this.counted = tally;
+    this.pool?.fly(tally.done ? undefined : setting);
+  }
+
+  /** A portion has been flown; after the last one of the setting shown, the flights of the file where they are not known yet. */
+  private told(done: Done): void {
+    const { counted, own, rate } = this;
+    counted?.add(done);
+    if (counted?.done && rate && own && !this.before?.done) this.count((this.before = new Tally(rate)), own);
     this.request();
   }
 
@@ -74,14 +89,12 @@ export class RatePanel {
     const limited = Object.keys(this.rate?.failure ?? {}) as Metric[];
     this.histograms = new Map((limited.length ? limited : ["largest_error" as const]).map((metric) => [metric, h("canvas", { role: "img" })]));
     fill(this.pictures, ...this.histograms.values());
-    this.pool = data.rate ? new Pool(data, data.rate, (done) => {
-      this.tally?.add(done);
-      this.request();
-    }) : undefined;
+    this.pool = data.rate ? new Pool(data, data.rate, (done) => this.told(done)) : undefined;
     const controller = data.controllers[0];
     const given = controller && inputs(this.page, data, controller, fresh(data));
-    this.usual = data.rate && given ? varied(data.rate, { given, law: this.page.laws[controller.law]!, last: 0 }) : [];
-    [this.own, this.before] = [given, undefined];
+    this.own = given ? { given, law: this.page.laws[controller.law]!, last: given.ticks.last } : undefined;
+    this.usual = data.rate && this.own ? varied(data.rate, this.own) : [];
+    this.before = undefined;
   }
 
   /** What the campaign flies with; undefined where a control set what the campaign varies, or another controller flies. */
