@@ -8,6 +8,7 @@ from scipy import signal
 
 from quadstep.linear.analysis import analyse_rest
 from quadstep.linear.grade import PATHS, as_in_firmware, in_firmware
+from quadstep.metrics.registry import UNGRADED
 from tests.commands import quadstep, write
 from tests.exports import real_mission
 
@@ -44,7 +45,7 @@ def test_plain_c_of_a_loop_without_margin_is_warned_of(tmp_path):
                  for more in ("", "rate = [60.0, 60.0, 10.0]\n"))  # fmt: skip
     assert "Hovering at the start of its path, the loop is sound" in good.out
     large = quadstep("export", write(tmp_path, text.replace('"pid"', '"mpc"')), "--out", tmp_path / "o", "--overwrite")
-    assert "The margins of its loop are not known: quadstep linear " in " ".join(large.out.split())
+    assert UNGRADED in " ".join(large.out.split())
     assert "warning: " in hot.err
     assert "Hovering at the start of its path, the loop is fragile: phase margin " in " ".join(hot.err.split())
     assert "(less than 30.0°)" in " ".join(hot.err.split())

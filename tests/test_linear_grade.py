@@ -18,6 +18,7 @@ from quadstep.linear.margins import MarginLimits
 from quadstep.linear.run import REMEDY, THERE, flown_from_rest, for_latency, record, with_limit
 from quadstep.linear.tables import sentences
 from quadstep.linear.wind_limit import cannot_hover
+from quadstep.metrics.registry import UNGRADED
 from quadstep.mission.read import read_mission
 from quadstep.page.folder import open_result, results
 from tests.commands import quadstep, strict_json, write
@@ -391,3 +392,13 @@ def test_the_report_of_an_unstable_loop_is_red_shows_its_poles_and_exits_as_befo
     (job,) = flown_from_rest(read_mission(EXAMPLES / "theorem_fails.toml"))[1]
     assert (np.diff(job.panels[0].lines["flown"]) < 0.0).sum() > 100  # it falls again and again: the line is that of the peaks
     assert "where an error oscillates, it is that of the peaks" in page
+
+
+def test_a_flight_whose_loop_is_not_graded_says_so_and_what_examines_it(tmp_path):
+    path = '[path]\ntype = "step"\nend = [0.0, 0.0, 1.0]\nduration = 1.5\n'
+    mission = write(tmp_path, f'[vehicle]\npreset = "x500"\n{path}[controller]\ntype = "mpc"\n')
+    assert quick_grade(read_mission(mission)) == {}
+    run = quadstep("fly", mission, "--out", tmp_path / "out")
+    report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert UNGRADED in " ".join(run.out.split())
+    assert "The loop at rest is not graded here; <code>quadstep linear</code> examines it." in report.replace("\u00a0", " ")

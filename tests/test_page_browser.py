@@ -397,7 +397,7 @@ def test_summary_tells_of_the_flight_that_is_shown_and_claims_know_that_they_do_
         "document.querySelector('#controller').options[0].value"
     )
     page.evaluate("quadstep.setControl('t_f', 9)")
-    assert not page.locator("#margins").count()  # the loop at rest is the same
+    assert page.locator("#margins").inner_text() == "Margins of the loop at rest: run quadstep linear"  # it is the same
     page.click("#reset")
 
 

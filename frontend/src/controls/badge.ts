@@ -54,10 +54,11 @@ export function badge(host: HTMLElement, shown: Shown): void {
   fill(host, details);
 }
 
-/** Of the loop at rest: the grade of the file's, or that it is another one now. */
+/** Of the loop at rest: the grade of the file's, or that it is another one now, or not known. */
 function margins({ data, flight: { held }, live, settings, whole }: Shown): HTMLElement | null {
-  if (!loopChanged(settings, data)) return data.margins ? h("span", { id: "margins", class: data.margins === "sound" ? "" : "fragile" }, "Loop at rest: ", ...rich(data.margins)) : null;
-  return held && live && whole === undefined ? h("span", { id: "margins" }, "Margins of the changed loop: run ", h("code", {}, "quadstep linear")) : null;
+  const changed = loopChanged(settings, data);
+  if (data.margins && !changed) return h("span", { id: "margins", class: data.margins === "sound" ? "" : "fragile" }, "Loop at rest: ", ...rich(data.margins));
+  return held && live && whole === undefined ? h("span", { id: "margins" }, `Margins of the ${changed ? "changed loop" : "loop at rest"}: run `, h("code", {}, "quadstep linear")) : null;
 }
 
 const LIMITED = "These conditions assume unlimited rotors, so they guarantee nothing for this vehicle.";

@@ -2,9 +2,8 @@
 
 import math
 import os
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated
 
 import typer
 
@@ -80,7 +79,7 @@ def fly(
     folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
     with bar("loading") as shown:
         from quadstep.linear.grade import quick_grade
-        from quadstep.metrics.registry import AT_REST, at_rest_sentences
+        from quadstep.metrics.registry import UNGRADED, at_rest_sentences, rest_of
         from quadstep.studies.fly import Piloting, fly_mission
 
         def show_stage(stage: str, done: int, total: int) -> None:
@@ -101,7 +100,7 @@ def fly(
         if result.facts:
             show_table("", ("", "value"), result.facts)
         say(result.ending)
-        for sentence in at_rest_sentences(cast("Mapping[str, str]", result.metrics.get(AT_REST, {}))):
+        for sentence in at_rest_sentences(rest_of(result.metrics)) or [UNGRADED] * (autopilot is None):
             say(sentence)
         for one in result.judged:
             say(one.case.sentence)

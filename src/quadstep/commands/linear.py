@@ -10,7 +10,7 @@ from quadstep.io.documents import read_toml
 from quadstep.io.doors import needed_by
 from quadstep.io.errors import UserError, unknown_name
 from quadstep.report.bars import bar
-from quadstep.report.screen import command, complain, say, say_whole
+from quadstep.report.screen import complain, say, say_whole
 
 INSTANTS, MOST = 20, 10_000
 
@@ -107,15 +107,14 @@ def export(
         request = ExportRequest(target, precision == "f64", measure, overwrite)
         done = export_mission(mission, folder, request, shown.doing)
         from quadstep.linear.grade import FRAGILE, PATHS, UNSTABLE, in_firmware, quick_grade
-        from quadstep.metrics.registry import at_rest_sentences
+        from quadstep.metrics.registry import UNGRADED, at_rest_sentences
 
         shown.doing("computing margins")
         if target in PATHS:
             margins, short = in_firmware(read_mission(mission), target)
         else:
             rest = quick_grade(read_mission(mission))
-            unknown = f"The margins of its loop are not known: {command('linear', mission)} computes them."
-            margins, short = "".join(at_rest_sentences(rest)) or unknown, rest.get("grade") in (FRAGILE, UNSTABLE)
+            margins, short = "".join(at_rest_sentences(rest)) or UNGRADED, rest.get("grade") in (FRAGILE, UNSTABLE)
     if short:
         complain(f"warning: {mission}: {margins}")
     for warning in done.warnings:

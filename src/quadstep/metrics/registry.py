@@ -59,6 +59,9 @@ AT_REST, SOUND, NO_REST = "margins_at_rest", "sound", "no rest found"
 WRITTEN = "the loop of the mission as written"
 """Whose grade it is where a mission is varied."""
 
+UNGRADED = "The loop at rest is not graded here; `quadstep linear` examines it."
+"""Of a flight whose grade would take long."""
+
 
 def rest_of(metrics: Mapping[str, object]) -> Mapping[str, str]:
     """The grade of the loop at rest and why, as a flight's metrics have it; empty where it is not known."""

@@ -14,7 +14,7 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics import quantities
 from quadstep.metrics.off_command import off_command
 from quadstep.metrics.quantities import FAR, LoggedFlight, QuantityRows, heading_error, moves, position_errors
-from quadstep.metrics.registry import Metrics, group, metric, of_saturation, rest_of
+from quadstep.metrics.registry import UNGRADED, Metrics, group, metric, of_saturation, rest_of
 from quadstep.metrics.verdict import Case, FlightGrade, graded
 from quadstep.mission.fields import unit
 from quadstep.mission.listings import rounded, written
@@ -79,7 +79,8 @@ def write_report(
     lost = [distance_when_lost(log)] if log.outcome is not Outcome.COMPLETED and "position" in metrics else []
     found_facts = facts(metrics, counted, when, "voltage" in log.columns and bool(log.column("voltage").any()))
     measured = [*lost, *found_facts[len(lost) :], *own_facts(mission, metrics)]  # a lost flight's largest error says no more
-    lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission), size)]
+    ungraded = "" if rest_of(metrics) or mission.controller.controller.one_at_a_time else UNGRADED
+    lines = [left_path(log, metrics), answer(log, metrics, why, counted + cut(mission), size), ungraded]
     first, *more = filter(None, lines)
     found = Evidence(
         mission.name, "Flight", first, (), {}, measured, drawn[:IN_SUMMARY], sections, more=more, warnings=warnings, fold=(),
