@@ -247,23 +247,18 @@ MOST_STATES, MOST_TICKS = 160, 50
 
 
 def quick_grade(mission: Mission) -> Mapping[str, str]:
-    """The "grade" and "why" of a mission's loop at rest where its path begins, and whether its nets are why; empty where
-    `quadstep linear` has to be asked: the loop is large, has other slopes on other sides of rest, or has no equations.
+    """The "grade" and "why" of a mission's loop at rest where its path begins; empty where `quadstep linear` has to be asked:
+    the loop is large, has other slopes on other sides of rest, or has no equations.
     """
     law = mission.controller.controller
     if issubclass(law, Opaque) or law.one_at_a_time:
         return {}
     try:
         plans = of_even_rotors(hovering(mission))
-        made = cached("grade", mission, plans, lambda: at_once(mission, [Loops(plan) for plan in plans]))
+        found = cached("grade", mission, plans, lambda: at_once(mission, [Loops(plan) for plan in plans]))
     except Exception:
         return {}
-    found = cast("dict[str, str]", made)
-    if found.get("grade") == FRAGILE and (nets := mission.controller.table) and nets.enabled:
-        off = mission.controller.model_copy(update={"nets": nets.model_copy(update={"enabled": False})})
-        bare = quick_grade(mission.model_copy(update={"controller": off})).get("grade")
-        found["why"] += "; sound without its nets" * (bare == SOUND)
-    return found
+    return cast("dict[str, str]", found)
 
 
 def whole_grade(mission: Mission) -> Grade:
