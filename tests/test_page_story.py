@@ -242,6 +242,23 @@ def test_the_lowest_gain_that_flies_as_commanded_is_within_what_its_step_wants()
     assert step.solution == {"K_r2": 95.0}
 
 
+def test_where_the_printed_theorem_ends_a_flight_is_done_only_if_its_swings_die_out():
+    step = next(one.settings for one in read_story(OWN).steps if "Lambda2" in one.settings.set)
+    _, most = step.success["rmse"]
+
+    def flown(gain):
+        controller = {"type": "backstepping", "Lambda2": step.set["Lambda2"], "K_r2": gain}
+        log, metrics = measured(case_1(controller=controller, disturbance={"scale": 0.0}))
+        off = np.abs(log.column("theta_d") - log.column("theta"))
+        end = off[log.column("t") >= 35.0].max()
+        return graded(metrics).grade is FlightGrade.AS_COMMANDED and metrics["position_rmse[m]"] <= most, end
+
+    _, calm = flown(step.set["K_r2"])
+    judged = [(gain, *flown(gain)) for gain in (75.0, 80.0, 85.0, 87.0, step.solution["K_r2"], 400.0)]
+    assert [done for _, done, _ in judged] == [False, False, False, True, True, True]
+    assert all((end < 1.25 * calm) == done for _, done, end in judged), judged
+
+
 def test_what_the_repair_achieves_is_what_flies():
     step = step_on(stress_id(3.0, 1.0, True), "controller")
     printed = stress(3.0, 1.0)
