@@ -21,6 +21,7 @@ from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
 from quadstep.page.thumbnails import first_panel
 from quadstep.report import canvas
+from quadstep.report.panels import grade_of
 from quadstep.report.sheet import Sheet
 from quadstep.report.told import SPOTS
 from quadstep.studies import envelope
@@ -354,7 +355,11 @@ def test_flights_that_are_not_shown_are_graded_and_marked_too(tmp_path, monkeypa
     out, axes = tmp_path / "out", ("path.period=0.4:9:5", "vehicle.mass=0.030:0.034:2")
     run = quadstep("envelope", saved(tmp_path, text), "--x", axes[0], "--y", axes[1], "--out", out)
     again = flown_again(request(tmp_path / "mission.toml", *axes).campaign, [*range(10)])
-    grades = [envelope.grade_of(one.replay.mission, one.log) for one in again if one.log.outcome.name == "COMPLETED"]
+    grades = [
+        grade_of(one.log, one.replay.mission.flight_metrics(one.log)[0])
+        for one in again
+        if one.log.outcome.name == "COMPLETED"
+    ]
     bad, told = [one for one in grades if one.labels], " ".join(run.out.split())
     assert 0 < len(bad) < len(grades) and any("left its path" in one.labels for one in bad), grades
     assert f"{len(bad)} of the {len(grades)} " in told and " not as commanded: " in told, told

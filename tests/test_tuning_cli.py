@@ -38,7 +38,8 @@ def test_what_it_writes_and_says(tmp_path):
     grade = metrics(out)["margins_at_rest"]
     assert grade["grade"] in ("fragile", "unstable")
     rest = f"Hovering at the start of its path, the loop with the tuned gains is {grade['grade']}: "
-    assert re.search(rf"{better}: the objective falls by [\d.]+\s%\.</p><p>(The price: [^<]*\. )?{rest}", report)
+    between = r"(The price: [^<]*\. )?The flight shown [^<]*: large error\. "
+    assert re.search(rf"{better}: the objective falls by [\d.]+\s%\.</p><p>{between}{rest}", report)
     assert rest in done.out.replace("\n", " ")
     assert "unseen flights" not in report
     assert "1/s]" in report
@@ -135,6 +136,16 @@ def test_what_the_gains_cannot_change_and_where_they_end_is_said(tmp_path):
     one = {key: value for key, value in values.items() if "Lambda1" in key}
     near = near_ends(read_request(written(tmp_path, QUICK.replace("30.0", "3.0"))), one)
     assert near == {"controller.Lambda1": "near its upper bound"}
+
+
+@pytest.mark.parametrize("start", [0.2, 0.0])
+def test_better_gains_with_which_the_flight_is_not_as_commanded_are_said_to_be_so(tmp_path, start):
+    """As `fly` grades the mission that is written."""
+    text = QUICK.replace("0.2, 0.0, 0.0", f"{start}, 0.0, 0.0").replace("duration = 0.8", "duration = 3.0")
+    done = tune(written(tmp_path, text), tmp_path / "out")
+    quadstep("fly", tmp_path / "out" / "tuned.toml", "--out", tmp_path / "flown")
+    grade, said = metrics(tmp_path / "flown")["grade"], "The flight shown is not as commanded with the tuned gains: "
+    assert (said in done.out) == (grade != "as commanded") == (start > 0.0), (done.out, grade)
 
 
 def test_gains_that_keep_no_constraint_are_not_praised_first(tmp_path):

@@ -171,7 +171,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
             job.draw(out / FIGURES, sheet.with_svg())
         fastest = markup.Fact("fastest growing poles", f"{rows[0][0]}\u00a01/s", f"of {rows[0][1]}", kind="fails")
         drawn = [Figure(f"{FIGURES}/{one.name}", one.caption) for one in jobs]
-        return done._replace(figures=drawn, facts=[fastest], fold=(), failed=True)
+        return done._replace(figures=drawn, facts=[fastest], fold=())
     draw(out / FIGURES, found, moves, sheet.with_svg())
     margins = f"{mission.name}: margins, one loop opened at a time"
     return done._replace(

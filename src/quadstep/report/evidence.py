@@ -67,7 +67,7 @@ class Evidence(NamedTuple):
     figures: at the top; sections: below them. paper: a table of LaTeX. cases: the points on which it is judged. more:
     paragraphs below the answer. warnings: what speaks against it. grade: "grade" and "why" of the loop at rest, if known;
     told: whether a sentence has it already; whose: which loop that is. commands: lines for the terminal with something to
-    copy. fold: anchors of the sections that only a specialist reads. failed: its answer is bad, though no case fails.
+    copy. fold: anchors of the sections that only a specialist reads. A case or a fact that fails makes its answer bad news.
     """
 
     name: str
@@ -89,7 +89,6 @@ class Evidence(NamedTuple):
     opening: str = ""
     fold: Collection[str] = ("flown", "reading")
     points: Sequence[str] = ()
-    failed: bool = False
 
     @property
     def graded(self) -> list[str]:
@@ -128,7 +127,8 @@ class Evidence(NamedTuple):
             *map(markup.paragraph, self.more),
             *(markup.paragraph(numerals(f"Warning: {one}"), escape) for one in self.warnings),
         ]
-        figures, failed = [one.html(out) for one in self.figures], self.failed or any(case.failure for case in self.cases)
+        failed = any(case.failure for case in self.cases) or any(fact.kind == "fails" for fact in self.facts)
+        figures = [one.html(out) for one in self.figures]
         summary = markup.summary(" ".join([self.answer, *self.graded]), self.facts, figures, failed, self.points)
         sections = [one if isinstance(one, str) else one.html(out) for one in self.sections]
         return markup.page_text(self.name, [summary, *texts, *sections], self.kind, fold=self.fold)

@@ -15,7 +15,7 @@ from quadstep.interfaces.log import FlightLog
 from quadstep.io.doors import Door
 from quadstep.metrics.quantities import position_axes, position_errors, rotor_columns, shorter_way
 from quadstep.metrics.registry import Metrics
-from quadstep.metrics.verdict import LEFT_PATH, FlightGrade, graded
+from quadstep.metrics.verdict import LEFT_PATH, FlightGrade, Graded, graded
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import COMMANDED, EventMark, Panel, Track
 from quadstep.report.sheet import Sheet
@@ -270,6 +270,12 @@ def left_path(log: FlightLog, metrics: Metrics) -> str:
     off, away, sank = LEFT_PATH
     said = (off if size else away).format(*(quantity(one, "m") for one in (largest, size)))
     return f"{said}{sank.format(quantity(low, 'm')) if low < 0.0 else ''}."
+
+
+def grade_of(log: FlightLog, metrics: Metrics) -> Graded:
+    """The grade of a flight, with that it left its path first among what is wrong."""
+    found = graded(metrics)
+    return found._replace(labels=("left its path", *found.labels)) if left_path(log, metrics) else found
 
 
 FIGURES = Door("quadstep.figures", {"flight": "quadstep.report.panels:panel_jobs"})

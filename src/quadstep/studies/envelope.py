@@ -10,14 +10,12 @@ from typing import cast
 
 import numpy as np
 
-from quadstep.interfaces.log import FlightLog
-from quadstep.metrics.verdict import FlightGrade, Graded, graded
+from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.fields import label, words
-from quadstep.mission.schema import Mission
 from quadstep.page.model import Cell
 from quadstep.report import units
 from quadstep.report.evidence import Evidence, Figure, TableSection
-from quadstep.report.panels import left_path
+from quadstep.report.panels import grade_of
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.single import FlownAgain, flown_again, write_flights
@@ -92,8 +90,8 @@ class Map(Study[Envelope]):
         blocks = (more[at : at + AT_ONCE] for at in range(0, len(more), AT_ONCE))
         again = (pair for block in blocks for pair in zip(block, flown_again(self.campaign, block), strict=True))
         shown = ((flight, one.replay, one.log) for flight, one in chain(found.items(), again) if one.drawable)
-        graded = ((flight % self.asked.cells, grade_of(one.mission, log)) for flight, one, log in shown if one and log)
-        return {cell: one.labels for cell, one in graded if one.grade is not FlightGrade.LOST}
+        graded = {flight: grade_of(log, one.mission.flight_metrics(log)[0]) for flight, one, log in shown if one and log}
+        return {flight % self.asked.cells: one.labels for flight, one in graded.items() if one.grade is not FlightGrade.LOST}
 
     def place(self, cell: int, colour: str) -> Cell:
         """Where the page has a flight in its table, and the map's colour there."""
@@ -116,12 +114,6 @@ class Map(Study[Envelope]):
 
 
 MOST_GRADED, AT_ONCE = 300, 32  # flights that reach the end: of more, only those shown; so many logs in memory
-
-
-def grade_of(mission: Mission, log: FlightLog) -> Graded:
-    metrics = mission.flight_metrics(log)[0]
-    found = graded(metrics)
-    return found._replace(labels=("left its path", *found.labels)) if left_path(log, metrics) else found
 
 
 MOST_WATCHED = 100

@@ -9,7 +9,7 @@ from quadstep.engines.fly import fly_all
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.metrics.quantities import position_axes
 from quadstep.report.drawing import FigureJob
-from quadstep.report.panels import track_of
+from quadstep.report.panels import grade_of, track_of
 from quadstep.report.units import quantity
 from quadstep.studies.tuning.ground import UNSEEN, CandidateFlyer
 from quadstep.studies.tuning.objective import CandidateFlights
@@ -28,11 +28,12 @@ def typical(present: CandidateFlights, tuned: CandidateFlights) -> int:
 
 def picture(
     ground: CandidateFlyer, gains: Sequence[Mapping[str, float]], flown: Sequence[CandidateFlights]
-) -> FigureJob | None:
-    """Of the present and the tuned gains; None for a plant without a path in space."""
+) -> tuple[FigureJob, tuple[str, ...]] | None:
+    """Of the present and the tuned gains, and what the flight lacks with these; None for a plant without a path in space."""
     place = typical(*flown)
     drawn = ground.draws(UNSEEN + place).at(0)
-    plans = [ground.flyer.planner.plan({**drawn, **values}, UNSEEN + place) for values in gains]
+    planner, varied = ground.flyer.planner, [{**drawn, **values} for values in gains]
+    plans = [planner.plan(values, UNSEEN + place) for values in varied]
     before, after = fly_all(plans)
     if not position_axes(after) or min(len(before.rows), len(after.rows)) < 2:
         return None
@@ -48,4 +49,6 @@ def picture(
     last = last.removeprefix(RMSE) if first.startswith(RMSE) else last
     track = replace(track_of(after, begin), before=track_of(before, begin))
     longer = max((before, after), key=lambda one: len(one.rows)).column("t")
-    return FigureJob(PICTURE, f"{which}: {first} with them, {last} with the tuned ones.{shaded}", longer, [], track=track)
+    told = f"{which}: {first} with them, {last} with the tuned ones.{shaded}"
+    lacking = grade_of(after, planner.mission(varied[-1]).flight_metrics(after)[0]).labels
+    return FigureJob(PICTURE, told, longer, [], track=track), lacking

@@ -172,6 +172,7 @@ class Compared(NamedTuple):
     any is lost, also that are completed.
     change: of the objective, as a share of what the present gains have on the same flights, those completed with both.
     weighed: metrics of the objective, by their names with units. from_the_start: that largest errors say nothing of the gains.
+    lacking: of being as commanded, what the flight that is shown with the tuned gains does.
     """
 
     flights: int
@@ -187,6 +188,7 @@ class Compared(NamedTuple):
     change: Estimate | None = None
     weighed: Collection[str] = ()
     from_the_start: str = ""
+    lacking: tuple[str, ...] = ()
 
 
 BETTER = "The tuned gains are better{where}."

@@ -40,6 +40,8 @@ def evidence(
     gains, measured, many = gain_rows(request, result), measured_rows(compared), compared.flights > 1
     both_ways = success_but(compared, loop)
     said = [both_ways] if both_ways else [*filter(None, [first]), answer(compared)]
+    if compared.lacking:
+        said += [f"The flight shown is not as commanded with the tuned gains: {units.listed(compared.lacking)}."]
     success = f"A flight succeeds if it completes{' and keeps every constraint on flights' if compared.kept else ''}."
     flights = f"{units.counted(compared.flights, 'flight')} with each set of gains"
     both = f"{flights}, the same for both; 95 % intervals. Differences of metrics are over flights completed with both."

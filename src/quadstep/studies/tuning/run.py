@@ -118,8 +118,9 @@ def on_unseen(
     largest = tuned.metric("largest_error")
     said = from_the_start(ground.asked.mission, drawn, lambda key: drawn[key].values.astype(float), largest, tuned.completed)
     found = compare(result.judge, present, tuned, changed=both[0] != both[1])
-    found = found._replace(from_the_start=f"With the tuned gains: {said[:1].lower()}{said[1:]}" if said else "")
-    return found, picture(ground, both, (present, tuned)) if both[0] != both[1] else None
+    drawing, lacking = (picture(ground, both, (present, tuned)) if both[0] != both[1] else None) or (None, ())
+    starts = f"With the tuned gains: {said[:1].lower()}{said[1:]}" if said else ""
+    return found._replace(from_the_start=starts, lacking=lacking), drawing
 
 
 def worst_grade(ground: CandidateFlyer, drawn: Drawn, values: Mapping[str, float], grading: Grading) -> Mapping[str, str]:
