@@ -47,7 +47,7 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     }  # fmt: skip
     found, about = (strict_json(tmp_path / "out" / name) for name in ("certificate.json", "metrics.json"))
     assert run.out.startswith("This flight meets the conditions of Theorem 5.1 but does not test it: the error never left the")
-    assert f"The flight of {TESTING} tests it in yaw." in run.out
+    assert f"The flight of {TESTING} tests it in yaw, without nets." in run.out
     assert found["verdict"].removeprefix("untested: ") in run.out
     assert about["verdict"] == found["verdict"]
     assert found["kind"] == about["kind"] == "untested"
@@ -213,7 +213,10 @@ def test_one_example_tests_the_theorem_as_the_others_say():
     assert (kind(found), found.outside.sum()) == ("sign consistent", 32)
     assert "L fell at each of the 32 of 2,001 samples that lie outside the ball b_r." in answer(found)
     assert np.abs(found.lyapunov.coupling).max() == 0.0
-    said = "Only the error in yaw is tested: x, y, z, pitch and roll stay at zero, and so does the coupling."
+    said = (
+        "Only the error in yaw is tested: x, y, z, pitch and roll stay at zero, and so do the weights of the nets and the "
+        "omitted coupling."
+    )
     assert answer(found).endswith(f"b_r. {said}")
     assert "Zero throughout: weights and coupling." in stacked(found)
     assert not any("–" in cell for row in tables(found).ball for cell in row[:3])

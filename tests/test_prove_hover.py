@@ -36,6 +36,7 @@ def test_the_example_is_disproved(tmp_path):
         "2.14987 to 2.14988 1/s",
         "The printed conditions of Theorem 5.1 hold here",
         "at least 1 N m s at any attitude",
+        "With the coupling of the loops, which they leave out, the proof covers thrusts up to 2.65 N near hover",
         "Hover at the path's end, (20, 5, 10) m, is proved unstable.",
     ):
         assert needed in run.out.replace("\n", " ")
@@ -64,6 +65,12 @@ def test_without_nets_the_rate_is_that_of_the_trial():
     assert found.slowest < 0.4243866 + 1e-7
     assert found.fastest > 0.4243866 - 1e-7
     assert found.fastest - found.slowest < 1e-8
+
+
+def test_it_is_the_coupling_and_not_the_filter_that_makes_hover_unstable():
+    """With a filter twenty times as fast, hover stays unstable: the verdict names the coupling."""
+    loop, at = loop_of(filter_frequency=2000.0, nets={"enabled": False})
+    assert instability(loop, at).slowest > 0.3
 
 
 def test_the_jacobian_encloses_differences_of_the_flying_loop():

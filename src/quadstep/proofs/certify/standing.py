@@ -90,7 +90,7 @@ def answer(c: FlightCertificate) -> str:
         began = f"Lost at {c.ended:.4g} s. Up to {c.until:.3g} s, this" if lost else "This"
         said = [f"{began} flight {ANSWERS[what]}{more.get(what, '')}."]
     said += untested(c) if what == "sign consistent" else []
-    said += [f"The flight of {TESTING} tests it in yaw."] * (what == "untested" and not lost)
+    said += [f"The flight of {TESTING} tests it in yaw, without nets."] * (what == "untested" and not lost)
     return " ".join(said)
 
 
@@ -105,11 +105,13 @@ def omitted(c: FlightCertificate) -> str:
 
 
 def untested(c: FlightCertificate) -> list[str]:
-    """That some errors stay zero all the flight, of which it says nothing."""
+    """That some errors, and nets or coupling, stay zero all the flight, of which it says nothing."""
     moves = np.abs(np.hstack([c.history.r1, c.history.r2])).max(axis=0) > 0.0
     moved, still = ([name for name, one in zip(ERRORS, moves, strict=True) if one == which] for which in (True, False))
     said = f"Only the error in {units.listed(moved)} is tested: {units.listed(still)} stay{'s' * (len(still) == 1)} at zero"
-    return [f"{said}{'' if c.lyapunov.coupling.any() else ', and so does the coupling'}."] * bool(still)
+    terms = [TERMS[term][1] for term in ("learning", "coupling") if not getattr(c.lyapunov, term).any()]
+    also = f", and so do{'es' * (len(terms) == 1)} {units.listed(terms)}" * bool(terms)
+    return [f"{said}{also}."] * bool(still)
 
 
 def facts(c: FlightCertificate) -> list[Fact]:

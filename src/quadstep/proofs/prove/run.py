@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.control.backstepping import BacksteppingGains, largest_inertia
+from quadstep.control.backstepping import BacksteppingGains
 from quadstep.engines.fly import FlightPlan, fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
@@ -21,6 +21,7 @@ from quadstep.linear.equilibrium import check_equilibrium
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.mission.schema import Mission
 from quadstep.numbers.enclosure import UndefinedError
+from quadstep.proofs.certify.lyapunov import conditions
 from quadstep.proofs.prove.certificate_file import SET_FORMAT, WHAT, Certificate, folder_from, off_path, write_certificate
 from quadstep.proofs.prove.checker import check_certificate
 from quadstep.proofs.prove.for_ever import check_for_ever, hover_for_ever, left_hover
@@ -236,18 +237,24 @@ def unstable(mission: Mission, plan: FlightPlan, at: Hover, growth: Instability)
 
 
 def consequence(plan: FlightPlan) -> list[str]:
-    """What this means for Theorem 5.1, if its printed conditions hold."""
-    gains = plan.parameters.gains
+    """What this means for Theorem 5.1, if its printed conditions hold: what they leave out."""
+    gains, vehicle = plan.parameters.gains, plan.parameters.vehicle
     if not plan.loop.controller.unwrapped.theorem or not isinstance(gains, BacksteppingGains):
         return []
-    outer = min(gains.gain_1 - gains.mass * gains.slope_1)
-    inner = min(gains.gain_2 - largest_inertia(plan.parameters.vehicle.inertia) * gains.slope_2)
-    if min(outer, inner) <= 0.0:
+    k = conditions(plan, np.diag(vehicle.inertia)[None], np.array([vehicle.mass * vehicle.gravity]))
+    if not k.printed_hold:
         return []
-    return [
+    outer, inner = min(k.position), min(k.printed_anywhere)
+    says = (
         f"The printed conditions of Theorem 5.1 hold here (K_r1 - m Lambda1 is at least {outer:g} N s/m, K_r2 - J_M Lambda2 "
-        f"at least {inner:g} N m s at any attitude), but the theorem is in continuous time and without a command filter. The "
-        f"law flown has one, and is sampled every {1e3 * plan.ticks.step * plan.ticks.every[-1]:g} ms."
+        f"at least {inner:g} N m s at any attitude). "
+    )
+    if not k.coupling_holds:
+        bound = f"thrusts up to {k.thrust_bound or 0.0:.3g} N near hover, which takes {k.weight:.4g} N"
+        says += f"With the coupling of the loops, which they leave out, the proof covers {bound}. "
+    period = 1e3 * plan.ticks.step * plan.ticks.every[-1]
+    return [
+        f"{says}The theorem also assumes continuous time; this law is sampled every {period:g} ms and filters its commands."
     ]
 
 
