@@ -169,7 +169,7 @@ def evidence(out: Path, mission: Mission, path: Path, studied: RestAnalysis, she
         (out / FIGURES).mkdir()
         for job in jobs:
             job.draw(out / FIGURES, sheet.with_svg())
-        fastest = markup.Fact("fastest growing poles", f"{rows[0][0]}\u00a01/s", f"of {rows[0][1]}", kind="fails")
+        fastest = markup.Fact("fastest growing poles", f"{rows[0][0]}\u00a01/s", f"of {rows[0][-1]}", kind="fails")
         drawn = [Figure(f"{FIGURES}/{one.name}", one.caption) for one in jobs]
         return done._replace(figures=drawn, facts=[fastest], fold=())
     draw(out / FIGURES, found, moves, sheet.with_svg())

@@ -20,7 +20,7 @@ from quadstep.report.canvas import LETTER, LINES, figure_at
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.report.units import listed
 
-POLE_HEADER = ("pole [1/s]", "states", "doubles every [s]", "time constant [s]", "damping", "frequency [rad/s]", "count")
+POLE_HEADER = ("pole [1/s]", "damping", "states")
 METHOD = (
     "One loop is opened at a time, between the controller's command and the rotors. Margins say how far that command can be "
     "scaled, shifted in phase or delayed before the sampled loop becomes unstable. S is 1/(1 + L) and T is L/(1 + L); the "
@@ -44,24 +44,20 @@ def decibels(factor: float) -> str:
     return "none" if factor in (0.0, math.inf) else f"{20.0 * math.log10(factor):.1f}"
 
 
-def number(value: float, digits: str = ".1f") -> str:
+def number(value: float) -> str:
     """A margin as text, if there is one."""
-    return f"{value:{digits}}" if math.isfinite(value) else "none"
+    return f"{value:.1f}" if math.isfinite(value) else "none"
 
 
-def pole_rows(poles: list[Pole], in_words: Callable[[Iterable[str]], str], most: int | None = SHOWN) -> list[list[str]]:
+def pole_rows(poles: list[Pole], in_words: Callable[[Iterable[str]], str]) -> list[list[str]]:
     """A row for each distinct pole, the slowest first. in_words: states as people say them."""
     return [
         [
             f"{pole.real:.4g}" + (f" ± {pole.imaginary:.4g}j" if pole.imaginary > ALIKE * pole.frequency else ""),
+            f"{pole.damping:.3f}" if pole.real < 0.0 else "",
             in_words(states),
-            f"{-math.log(2.0) * pole.time_constant:.4g}" if pole.real > 0.0 else "",
-            number(pole.time_constant, ".4g") if pole.real <= 0.0 else "",
-            f"{pole.damping:.3f}" if pole.real <= 0.0 else "",
-            f"{pole.frequency:.4g}",
-            str(count),
         ]
-        for pole, count, states in grouped(poles)[:most]
+        for pole, _, states in grouped(poles)[:SHOWN]
     ]
 
 
