@@ -1,7 +1,7 @@
 """A controller of your own, compiled with the rest: `python examples/own_controller.py`.
 
 A cascaded PD on the path of Case 1 in 10 s, beside the paper's controller. The law is written once, over numbers: no `if` on
-a number, no `math`, but `where`, `sin`, ... from `quadstep.numbers`.
+a number, no `math`, but `where`, `sin`, ... from `quadstep.own`.
 """
 
 from dataclasses import dataclass
