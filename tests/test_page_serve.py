@@ -608,7 +608,7 @@ def test_of_two_flights_of_one_path_the_errors_are_drawn_over_time_and_their_loo
     rows = re.findall(r"<tr><td>(controller|loop at rest|its margins)</td><td[^>]*>(.*?)</td><td[^>]*>(.*?)</td>", text)
     assert rows[0] == ("controller", "geometric", "lqr"), "whatever the flights are called"
     assert rows[1:] == [("loop at rest", "sound", "fragile"), ("its margins", "sound, as it is", "fragile, as it is")]
-    assert "“near_d” is the closer one 100 % of the time." in text
+    assert "“near_d” is the closer one 100\N{NO-BREAK SPACE}% of the time." in text
     assert 'font-family: "Inter"' in answer(tmp_path, "/thumbs?a=near_d&b=far").text, "as the page around it"
     for name in ("near_d", "far"):
         content = json.loads((tmp_path / name / "metrics.json").read_text())
@@ -636,11 +636,17 @@ def test_the_closer_one_s_bad_loop_is_said_and_marked(tmp_path, loops):
     assert said.endswith({"sound": "over the whole flight."}.get(loops[0], f"flight, but its loop is {loops[0]} at rest."))
     marks = {
         "sound": "controller: lqr",
-        "fragile": "controller: lqr, ! fragile",
-        "unstable": "controller: lqr, ! unstable at rest",
+        "fragile": "controller: lqr, ! loop fragile",
+        "unstable": "controller: lqr, ! loop unstable at rest",
     }
     assert re.findall(r"<small>(.*?)</small>", text) == [marks[one] for one in loops]
     assert re.search("<td>grade</td>(<td[^>]*>flew, but not as commanded</td>){2}", text)
+
+
+def test_what_no_unit_can_show_is_zero(tmp_path):
+    for name, off in (("a", 2e-44), ("b", 0.0)):
+        spoilt(tmp_path / name, name=name, **{"outcome": "completed", "ended[s]": 1.0, "heading_error[rad]": off})
+    assert "<td>heading error</td>" not in answer(tmp_path, "/compare?a=a&b=b").text
 
 
 def test_of_a_lost_flight_on_another_path_the_path_comes_first(tmp_path):
@@ -649,7 +655,7 @@ def test_of_a_lost_flight_on_another_path_the_path_comes_first(tmp_path):
     spoilt(tmp_path / "b", name="b", **{"outcome": "completed", "ended[s]": 5.0, "mission": {}})
     text = answer(tmp_path, "/compare?a=a&b=b").text
     assert "“a” and “b” fly different paths, so " in text
-    assert "<dt>a: flight</dt><dd class=fails>lost<small>controller: lqr, ! unstable at rest</small>" in text
+    assert "<dt>a: flight</dt><dd class=fails>lost<small>controller: lqr, ! loop unstable at rest</small>" in text
     assert re.search("<td>loop at rest</td><td[^>]*>unstable</td><td[^>]*>–</td>", text), "though only one is known"
 
 
@@ -692,7 +698,7 @@ def test_of_two_flights_it_is_said_which_is_the_closer_one_for_longer(tmp_path, 
         spoilt(tmp_path / name, name=name, mission=mission, **{"outcome": "completed", "ended[s]": 1.0})
         rows = "".join(f"{0.1 * i},{error},0,1,0,0,1\n" for i, error in enumerate(errors))
         (tmp_path / name / "flight.csv").write_text("t[s],x[m],y[m],z[m],x_d[m],y_d[m],z_d[m]\n" + rows)
-    assert said in answer(tmp_path, "/compare?a=a&b=b").text
+    assert said in answer(tmp_path, "/compare?a=a&b=b").text.replace("\N{NO-BREAK SPACE}", " ")
 
 
 def test_beside_a_lost_flight_no_error_is_shown_and_else_the_rows_that_say_most_come_first(tmp_path):

@@ -51,10 +51,10 @@ STYLE = """<style>
 .two figure { margin: 0; }
 .two img { width: 100%; max-width: 100%; max-height: 20rem; object-fit: contain; }
 .two img[src^="/thumb"], .two img[src^="/panel"] { background: none; }
-.two i { display: inline-block; width: 26px; border-top: 3px solid; margin: 0 6px 4px 0; }
-.two a + i, .two span i { margin-left: 18px; }
+.two img[src^="/thumb/"], .two img[src^="/panel/"] { display: block; max-width: 22rem; margin: auto; }
+.two i { display: inline-block; width: 26px; border-top: 3px solid; margin: 0 6px 4px -32px; }
 .two i.orange { border-top-style: dashed; } .two i.band { border-width: 8px; opacity: .26; margin-bottom: 2px; }
-.two span { white-space: nowrap; }
+.two span { display: block; padding-left: 32px; }
 </style>"""
 
 
@@ -92,8 +92,10 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     if flights and not different(*contents):
         front, behind = (name_in(content, one.place.name) for one, content in zip(results, contents, strict=True))
         behind = identity(behind, (identity(front, ()),))
-        lines = (f'<i class="{one}" style="color: var(--{one})"></i>{page}' for one, page in zip(COLOURS, pages, strict=True))
-        key = f'{"".join(lines)}<span><i class="band"></i>desired path</span>'
+        marks = (*(f'"{one}" style="color: var(--{one})"' for one in COLOURS), '"band"')
+        key = "".join(
+            f"<span><i class={mark}></i>{of}</span>" for mark, of in zip(marks, (*pages, "desired path"), strict=True)
+        )
         shown = f'<figure><img alt="" src="/thumbs?{escape(places)}"><figcaption>{key}</figcaption></figure>'
         with suppress(UserError):  # a log that cannot be read, or drawn
             shown += errors_figure(quoted, contents, [root / one.place for one in results])
@@ -110,9 +112,7 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         rest = markup.table(header, [*margins, *(measured[key] for key in others[:MOST_ROWS])], escape)
         body.append(markup.disclosure("all else that is not 0 in both", rest))
     body += [] if keys or not rows else differing_tables(names, *(root / one.place for one in results))
-    return markup.page_text(
-        f"{names[0]} and {names[1]}", [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE
-    )
+    return markup.page_text(" and ".join(quoted), [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE)
 
 
 def differing_tables(names: list[str], *folders: Path) -> list[str]:
@@ -162,7 +162,7 @@ def errors_figure(names: list[str], contents: Sequence[Metrics], folders: Sequen
     job = FigureJob("errors", said, t, [Panel("distance", "m", lines, LOG if lost else "")])
     with tempfile.TemporaryDirectory() as place, ONE_AT_A_TIME:
         job.draw(Path(place), Sheet(("svg",)))
-        return markup.figure(Path(place) / job.name, job.caption, escape)
+        return markup.figure(Path(place) / job.name, units.unbroken(job.caption), escape)
 
 
 def why_incomparable(names: list[str], first: Metrics, second: Metrics) -> str:
@@ -211,7 +211,8 @@ def differing_keys(keys: Iterable[str], first: Metrics, second: Metrics) -> list
 def numbers(content: Metrics) -> dict[str, float]:
     """The numbers of a metrics.json by dotted name, without those of the mission, and of where a flight was lost."""
     kept = {key: value for key, value in content.items() if key not in ("mission", "ending")}
-    return {key: float(one) for key, one in scalars(kept).items() if one is not None and abs(one) < 1e300}
+    found = {key: float(one) for key, one in scalars(kept).items() if one is not None and abs(one) < 1e300}
+    return {key: one if abs(one) > 1e-30 else 0.0 for key, one in found.items()}
 
 
 def reported(*results: ResultFolder) -> list[list[str]]:
@@ -224,7 +225,7 @@ def flown_by(content: Metrics) -> str:
     """The controller of a flight, and what speaks against its loop."""
     _, sign, bad = MARKS.get(bad_loop(content), ("", "", ""))
     flew = controller(content)
-    return ", ".join(filter(None, (flew and f"controller: {flew}", f"{sign} {bad}".strip())))
+    return ", ".join(filter(None, (flew and f"controller: {flew}", bad and f"{sign} loop {bad}")))
 
 
 def bad_loop(content: Metrics) -> str:
