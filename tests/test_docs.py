@@ -199,6 +199,12 @@ def test_every_mention_of_a_page_is_of_one_that_is_there():
                 assert (ROOT / name).is_file(), f"{path} names {name}"
 
 
+def test_every_file_of_python_that_a_page_names_with_its_folder_is_there():
+    for path in (*pages(), ROOT / "README.md"):
+        for name in re.findall(r"`(?!docs/)((?:[\w-]+/)+\w+\.py)`", path.read_text(encoding="utf-8")):
+            assert (ROOT / name).is_file() or (ROOT / "src" / "quadstep" / name).is_file(), f"{path} names {name}"
+
+
 def test_the_first_page_lists_every_page():
     lists = "".join((DOCS / name / "index.md").read_text(encoding="utf-8") for name in ("", "lessons", "decisions"))
     for place in {*places().values()} - {"index.md"}:
