@@ -59,11 +59,13 @@ def steps(loop: ReducedPeriod, poles: list[Pole]) -> list[StepResponse]:
     inputs = [WANTED.index(name) for name in names]
     slowest = poles[0].time_constant
     duration = min(max(SHORTEST if slowest > 0.0 else 0.0, CONSTANTS * abs(slowest)), LONGEST)
-    x = np.zeros((len(loop.places), len(inputs)))
+    whole, moved = loop.period.map, np.zeros((len(loop.places), len(inputs)))
+    for tick in loop.period.ticks:
+        moved = product(tick.step, product(tick.tasks, moved) + tick.path[:, inputs])
+    x = np.zeros_like(moved)
     made = [rows @ x]
     for _ in range(math.ceil(duration / loop.period.length)):
-        for tick in loop.period.ticks:
-            x = product(tick.step, product(tick.tasks, x) + tick.path[:, inputs])
+        x = whole @ x + moved
         made.append(rows @ x)
     t = np.array([k * loop.period.length for k in range(len(made))])
     values = np.array(made)
