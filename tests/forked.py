@@ -1,4 +1,4 @@
-"""Commands in a terminal, forked from a process that has loaded what they load: most of a second of a processor less for each.
+"""Commands in a terminal, forked from a process that has loaded what they load: a second of a processor less for each.
 
 Run as a program it is that process: it reads a request a line, and answers with the command's process and with how it ended.
 """
@@ -52,11 +52,19 @@ def main():
     """Serve requests for as long as there are any."""
 
     import quadstep.engines.kernel
-    import quadstep.studies.fly  # noqa: F401
+    import quadstep.identify.run
+    import quadstep.linear.run
+    import quadstep.report.figures
+    import quadstep.studies.campaign.report
+    import quadstep.studies.comparison.run
+    import quadstep.studies.fly
+    import quadstep.studies.paper.reproduce  # noqa: F401
     from quadstep.commands import cli
     from quadstep.control import registry
     from quadstep.interfaces.controller import Measured
+    from quadstep.report.canvas import Typeset
 
+    Typeset.draw = lambda *_: None  # a terminal shows no figure; those of a flight are drawn, by other processes
     cli.built()
     registry.names(Measured)
     gc.freeze()
