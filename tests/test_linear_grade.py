@@ -117,10 +117,10 @@ def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis
     kinked = analysis._replace(tried="all different", kinked=True)
     peak, both = (worst.by_channel(one)[1][5][1:] for one in (analysis, kinked))
     assert all(0.0 <= float(cut) - float(exact) < 0.1 for exact, cut in zip(peak, both, strict=True))
-    assert [kinked.cut(one) for one in ("none", "6.4", "-8.9", "49.3", "0.66")] == ["none", "6.4", "-8.9", "49", "0.6"]
-    assert [kinked.cut(one, peak=True) for one in ("1.28", "1.30", "2.01", "12.34")] == ["1.3", "1.3", "2.1", "12.4"]
+    assert [kinked.written(one) for one in (math.inf, 6.49, -8.99, 49.9, 0.66)] == ["none", "6.4", "-8.9", "49", "0.6"]
+    assert [kinked.written(one, 2, up=True) for one in (1.28, 1.3, 2.01, 12.34)] == ["1.3", "1.3", "2.1", "13"]
     disk = next(one for one in worst.facts([("", kinked)]) if one.what == worst.DISK)
-    angle = kinked.cut(f"{math.degrees(2.0 * math.atan(0.5 * float(disk.value))):.1f}")
+    angle = kinked.written(math.degrees(2.0 * math.atan(0.5 * float(disk.value))))
     assert f"a phase of {angle}°" in with_limit(disk, kinked).more  # of the number shown, not of the one that was cut
     content = record(analysis, [])
     assert (content["grade"], content["stable"]) == (FRAGILE, True)

@@ -103,11 +103,16 @@ class Analysis(NamedTuple):
     def growing(self) -> list[Pole]:
         return [pole for pole in self.poles if pole.real * self.loop.period.length > STILL]
 
-    def cut(self, text: str, peak: bool = False) -> str:
-        """A margin without a third digit where that depends on what was tried: "49" for 49.3°; a peak is rounded up."""
-        if not self.kinked or len(text.strip("-")) < 4 or text == "none":
-            return text
-        return f"{math.ceil(10.0 * float(text) - 1e-9) / 10.0:.1f}" if peak else text[:-1].removesuffix(".")
+    def written(self, value: float, places: int = 1, up: bool = False) -> str:
+        """A margin as text, "none" if infinite. Where it depends on what was tried it has no third digit, and is rounded
+        towards zero, so that no more is promised: "49" for 49.9°. up: away from zero instead.
+        """
+        if not math.isfinite(value):
+            return "none"
+        if self.kinked:
+            places = int(abs(value) < 10.0)
+            value = (math.ceil if up else math.trunc)(value * 10.0**places) / 10.0**places
+        return f"{value:.{places}f}"
 
     @property
     def stable(self) -> bool:

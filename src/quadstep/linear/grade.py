@@ -113,8 +113,8 @@ def least_of(analysis: Analysis) -> tuple[Measure, ...]:
         smallest = min((value for value, _ in every), default=math.inf)
         alike = (pair for pair in every if pair[0] <= smallest + SAME * abs(smallest))
         value, channel = next(alike, (math.inf, ""))
-        text = (one := Measure(what, value, bound, channel, scale, unit)).text(value)
-        return one._replace(words=analysis.cut(text.removesuffix(unit)) + unit * text.endswith(unit))
+        words = analysis.written(scale * value) + unit * math.isfinite(value)
+        return Measure(what, value, bound, channel, scale, unit, words)
 
     return (
         least("gain", analysis.limits.gain, 1.0, " dB", (RISES, lambda one: one.up), (FALLS, lambda one: one.down)),

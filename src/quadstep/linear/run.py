@@ -20,7 +20,7 @@ from quadstep.linear.equilibrium import BEGUN, GROWING, KICK, LONG, stepped
 from quadstep.linear.grade import REMEDY, graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.states import Array
-from quadstep.linear.tables import OpenLoop, decibels, draw_bode, draw_nyquist, draw_steps, merged
+from quadstep.linear.tables import OpenLoop, draw_bode, draw_nyquist, draw_steps, merged
 from quadstep.linear.transfer import LOWEST, harmonic, opened
 from quadstep.metrics.statistics import finite
 from quadstep.mission.multirotor import MultirotorMission
@@ -203,8 +203,8 @@ def with_limit(fact: markup.Fact, analysis: Analysis) -> markup.Fact:
     asked = [one for one in graded(analysis).measures if fact.what == f"smallest {one.what} margin"]
     needed = [f"a sound loop has at least {one.text(one.limit)}" if one.limit else "no limit applies" for one in asked]
     if fact.what == worst.DISK and (d := float(fact.value)) < 2.0:
-        both = decibels((2.0 + d) / (2.0 - d)), tables.number(math.degrees(2.0 * math.atan(0.5 * d)))
-        gain, angle = map(analysis.cut, both)
+        both = 20.0 * math.log10((2.0 + d) / (2.0 - d)), math.degrees(2.0 * math.atan(0.5 * d))
+        gain, angle = map(analysis.written, both)
         needed.append(f"allows a gain of {gain} dB up or down, a phase of {angle}°, and less of both together")
     short = any(not one.met for one in asked)
     return fact._replace(more="; ".join(filter(None, (fact.more, *needed))), kind="fair" * short)
@@ -214,7 +214,7 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
     """What to see in each figure."""
     pairs = list(zip(analysis.channels, analysis.margins, strict=False))
     phase = pairs[least_phase(analysis)]
-    least = analysis.cut(tables.number(math.degrees(phase[1].phase)))
+    least = analysis.written(math.degrees(phase[1].phase))
     near = max(pairs, key=lambda pair: pair[1].sensitivity)
     over, late = max(moves, key=lambda one: one.overshoot), max(moves, key=lambda one: one.settling)
     settled = f"the last to settle is {late.name}: within 2 % after {late.settling:.3g} s"
@@ -228,7 +228,7 @@ def captions(analysis: Analysis, moves: list[StepResponse]) -> dict[str, str]:
         f"{settled if math.isfinite(late.settling) else never}.",
         "nyquist": "The nearer a curve comes to −1 (the cross), the less it takes to lose the vehicle. On the grey circle, "
         "|L| is 1: the angle there between a curve and −1 is its phase margin. The nearest to −1 is "
-        f"{near[0].name}: disturbances are amplified {analysis.cut(f'{near[1].sensitivity:.2f}', peak=True)} times there.",
+        f"{near[0].name}: disturbances are amplified {analysis.written(near[1].sensitivity, 2, up=True)} times there.",
     }
 
 
@@ -255,7 +255,7 @@ def draw(folder: Path, analysis: Analysis, moves: list[StepResponse], sheet: She
     shown = merged(OpenLoop(
         analysis.channels, omega, harmonic(ready, omega),
         phases=[(least, math.degrees(one.phase), one.phase_at)] if math.isfinite(one.phase) else [],
-        gains=[min(all_gains, key=lambda gain: abs(gain[1]))], cut=analysis.cut,
+        gains=[min(all_gains, key=lambda gain: abs(gain[1]))], written=analysis.written,
     ))  # fmt: skip
     draw_bode(folder / "bode", shown, sheet)
     draw_nyquist(folder / "nyquist", shown, sheet)

@@ -39,16 +39,6 @@ SHOWN = 10
 """Most poles in a table, the slowest first; the files have all."""
 
 
-def decibels(factor: float) -> str:
-    """A factor in dB; "none" if infinite (beyond 60 dB)."""
-    return "none" if factor in (0.0, math.inf) else f"{20.0 * math.log10(factor):.1f}"
-
-
-def number(value: float) -> str:
-    """A margin as text, if there is one."""
-    return f"{value:.1f}" if math.isfinite(value) else "none"
-
-
 def pole_rows(poles: list[Pole], in_words: Callable[[Iterable[str]], str]) -> list[list[str]]:
     """A row for each distinct pole, the slowest first. in_words: states as people say them."""
     return [
@@ -100,7 +90,8 @@ FARTHEST = 8.0
 class OpenLoop(NamedTuple):
     """The opened loop as drawn. omega [rad/s]; loop: L, shape (frequencies, channels). unsure: half of the 95 % interval of
     the first channel's L, as a share of it, where that was measured. phases: phase margins to mark [°], by place
-    of their channel, and where they are [rad/s]; gains: gain margins [dB], those downwards below 0. cut: of these, as text.
+    of their channel, and where they are [rad/s]; gains: gain margins [dB], those downwards below 0. written: these as
+    text.
     """
 
     channels: tuple[Channel, ...]
@@ -109,7 +100,7 @@ class OpenLoop(NamedTuple):
     unsure: Array | None = None
     phases: Sequence[tuple[int, float, float]] = ()
     gains: Sequence[tuple[int, float]] = ()
-    cut: Callable[[str], str] = str
+    written: Callable[[float], str] = "{:.1f}".format
 
 
 MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
@@ -199,7 +190,7 @@ def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
     marks: list[tuple[Axes, int, float, float, float, str]] = []
     for place, degrees, at in shown.phases:
         turned = np.array(np.interp(at, shown.omega, np.asarray(below.lines[place].get_ydata())))
-        marks.append((below, place, at, float(whole_turns(turned)), float(turned), f"{shown.cut(f'{degrees:.1f}')}°"))
+        marks.append((below, place, at, float(whole_turns(turned)), float(turned), f"{shown.written(degrees)}°"))
         above.plot([at], [0.0], "o", markersize=4, color=above.lines[place].get_color())
     for place, gain in shown.gains:
         size, phase = (np.asarray(axes.lines[place].get_ydata()) for axes in (above, below))
@@ -207,7 +198,7 @@ def mark_margins(above: Axes, below: Axes, shown: OpenLoop) -> None:
         found = np.flatnonzero((off[:-1] * off[1:] <= 0.0) & (np.abs(off[:-1] - off[1:]) < 90.0))
         near = int(min(found, key=lambda k: abs(size[k] + gain), default=-1))
         if near >= 0 and abs(size[near] + gain) < NEAR_ENOUGH:
-            marks.append((above, place, shown.omega[near], 0.0, -gain, f"{shown.cut(f'{abs(gain):.1f}')} dB"))
+            marks.append((above, place, shown.omega[near], 0.0, -gain, f"{shown.written(abs(gain))} dB"))
             below.plot(
                 [shown.omega[near]], [whole_turns(phase[near])], "o", markersize=4, color=below.lines[place].get_color()
             )

@@ -8,7 +8,6 @@ from typing import NamedTuple
 from quadstep.linear.analysis import Analysis, least
 from quadstep.linear.grade import FALLS, FRAGILE, RISES, UNKNOWN, UNSTABLE, explained, graded
 from quadstep.linear.margins import Margins
-from quadstep.linear.tables import decibels, number
 from quadstep.metrics.registry import SOUND
 from quadstep.report.markup import Fact
 from quadstep.report.units import counted
@@ -21,16 +20,16 @@ WORST_HEADER = ("margin", "worst", "channel", "where")
 
 PHASE, DISK, PEAKS = "phase [°]", "smallest disk margin", ("peak of S", "peak of T")
 
-MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, Callable[[Margins], str]], ...] = (
-    ("gain up [dB]", lambda one: one.gain_up, True, lambda one: decibels(one.gain_up)),
-    ("gain down [dB]", lambda one: one.gain_down, False, lambda one: decibels(one.gain_down)),
-    (PHASE, lambda one: one.phase, True, lambda one: number(math.degrees(one.phase))),
-    ("delay [ms]", lambda one: one.delay, True, lambda one: number(1e3 * one.delay)),
-    ("disk", lambda one: one.disk, True, lambda one: f"{one.disk:.2f}"),
-    ("peak of S", lambda one: one.sensitivity, False, lambda one: f"{one.sensitivity:.2f}"),
-    ("peak of T", lambda one: one.complementary, False, lambda one: f"{one.complementary:.2f}"),
+MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, int], ...] = (
+    ("gain up [dB]", lambda one: one.up, True, 1),
+    ("gain down [dB]", lambda one: -one.down, False, 1),
+    (PHASE, lambda one: math.degrees(one.phase), True, 1),
+    ("delay [ms]", lambda one: 1e3 * one.delay, True, 1),
+    ("disk", lambda one: one.disk, True, 2),
+    ("peak of S", lambda one: one.sensitivity, False, 2),
+    ("peak of T", lambda one: one.complementary, False, 2),
 )
-"""Name, value, whether smaller is worse, and the value as text."""
+"""Name, value, whether smaller is worse, and its decimals."""
 
 
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w.]*\w)")
@@ -53,7 +52,8 @@ def by_channel(analysis: Analysis) -> tuple[list[str], list[list[str]]]:
     """Header and rows of a table: each margin of each channel."""
     header = ["", *(channel.name for channel in analysis.channels)]
     return header, [
-        [title, *(analysis.cut(text(one), title in PEAKS) for one in analysis.margins)] for title, _, _, text in MEASURES
+        [title, *(analysis.written(value(one), places, title in PEAKS) for one in analysis.margins)]
+        for title, value, _, places in MEASURES
     ]
 
 
@@ -102,7 +102,7 @@ def cells(one: Analysis) -> list[str]:
     pole = ", ".join([f"{one.poles[0].real:.3g}", *(f"{name} not held" for name in one.not_held)])
     if not one.stable:
         return [graded(one).word, pole, *["-"] * 5]
-    return [graded(one).word, pole, *(one.cut(text(least(one.margins))) for _, _, _, text in MEASURES[:5])]
+    return [graded(one).word, pole, *(one.written(value(least(one.margins)), places) for _, value, _, places in MEASURES[:5])]
 
 
 def refused(loops: Loops) -> list[str]:
@@ -122,9 +122,9 @@ def whose(names: Sequence[str], total: int) -> str:
 def worst(loops: Loops) -> list[LeastMargin]:
     """The least of each margin over all loops and channels."""
     made = []
-    for title, value, less, text in MEASURES:
+    for title, value, less, places in MEASURES:
         every = [
-            (value(margins), name, channel.name, one.cut(text(margins), title in PEAKS))
+            (value(margins), name, channel.name, one.written(value(margins), places, title in PEAKS))
             for name, one in stable(loops)
             for channel, margins in zip(one.channels, one.margins, strict=True)
         ]
