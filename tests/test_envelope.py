@@ -140,6 +140,10 @@ def test_the_picture_of_a_card_says_which_values_were_flown_not_where_cells_end(
 def test_a_cell_leads_to_its_flight(case):
     _, out = case
     report, page = (out / "report.html").read_text(), (out / "flights.html").read_text()
+    assert (
+        "4 values of path.duration from 2 s to 5 s" in (told := report.replace("\N{NO-BREAK SPACE}", " "))
+        and "on, off" in told
+    )
     assert all(f'href="flights.html#flight=flight-{cell}"' in report for cell in range(24))
     assert '"path duration = 3\\u00a0s, disturbance scale = 2, nets off"' in page, "cell 21"
     assert "click one to see the flight of that cell." in report
@@ -274,7 +278,8 @@ def test_a_map_without_a_flyable_cell_names_its_best_and_shows_success_rates(tmp
 def test_an_axis_that_makes_no_difference_is_named(tmp_path):
     asked = request(write(tmp_path, LINE), "path.duration=2:3:2", "vehicle.mass=1:1.1:2")
     rmse = np.array([[[1.0, 2.0], [1.0, 2.0]]])
-    cells = Cells(1, False, np.zeros((1, 2, 2, 6), int), np.ones((1, 2, 2), int), rmse, rmse, rmse, np.zeros((1, 2, 2), int))
+    zeros, ones = np.zeros((1, 2, 2), int), np.ones((1, 2, 2), int)
+    cells = Cells(1, False, np.zeros((1, 2, 2, 6), int), ones, rmse, rmse, rmse, zeros, np.stack([rmse] * 3))
     found = Envelope(asked, cells, [MapPanel("", 4, 4, 1.0, {}, (1.0, 2.0))])
     assert answer(found).endswith(" No result depends on vehicle mass.")
     differs = found._replace(cells=cells._replace(largest=np.array([[[1.0, 2.0], [1.0, 2.1]]])))
@@ -330,11 +335,11 @@ def test_whatever_flights_of_a_map_are_graded_the_answer_says_of_how_many_and_wh
             ),
         )
         assert "commanded" not in answer(found._replace(asked=limited)), "the limit judges"
-        said = re.search(r"[.;] ([^.;]*) as commanded(: [^.;]*)?(; the other (\d+) are not graded)?\. ?", told)
+        said = re.search(r"[.;] ([^.;]*) as commanded([:.] [^.;]*)?(; the other ((?:\d+ are|is)) not graded)?\.", told)
         if not lacking:
             assert not said and ("is among those graded" in told) == (more > 0), told
             continue
-        assert int(said[4] or 0) == more and ("shown" in said[1]) == (more > 0), told
+        assert (said[4] or "0 are") == ("is" if more == 1 else f"{more} are") and ("shown" in said[1]) == (more > 0), told
         counts = [sum(name in labels for labels in bad) for name in names]
         if len(lacking) == 1:
             assert (" not" in said[1]) == bool(bad) and "nly one" in said[1], told
@@ -343,7 +348,8 @@ def test_whatever_flights_of_a_map_are_graded_the_answer_says_of_how_many_and_wh
             assert int(count[2]) == len(lacking) and (" not" in said[1]) == (0 < len(bad) < len(lacking)), told
             assert count[1] == ("All" if not bad else "none" if len(bad) == len(lacking) else str(len(bad))), told
             assert all(
-                (f"{name} in {count}" in (said[2] or "")) == (count > 0) for name, count in zip(names, counts, strict=True)
+                (f"{name} in {count}" in (said[2] or "").lower()) == (count > 0)
+                for name, count in zip(names, counts, strict=True)
             )
         seen.add((len(lacking) == 1, bool(more), 0 if not bad else 2 if len(bad) == len(lacking) else 1))
     assert len(seen) == 10, seen
@@ -375,7 +381,7 @@ def test_of_a_large_map_the_answer_says_that_only_flights_shown_are_graded(tmp_p
     monkeypatch.setattr(envelope, "MOST_GRADED", 4)
     axes = "--x", "path.duration=0.5:1:3", "--y", "vehicle.mass=1:1.1:4"
     told = quadstep("envelope", write(tmp_path, LINE), *axes, "--out", tmp_path / "out").out
-    wanted = r"end; none of the (\d) flights shown that reach the end is as commanded: .*; the other (\d) are not graded\."
+    wanted = r"end; none of the (\d) flights shown is as commanded\. Large error in \1.*; the other (\d) are not graded\."
     shown, others = map(int, re.search(wanted, " ".join(told.split())).groups())
     assert shown == len(data_of((tmp_path / "out" / "flights.html").read_text())["flights"]) == 12 - others
 
@@ -514,12 +520,12 @@ def test_a_range_has_both_its_ends(tmp_path):
 # Numbers of a cell
 
 
-def test_median_and_mean_leave_out_what_is_missing():
+def test_quantiles_and_mean_leave_out_what_is_missing():
     values = np.array([[3.0, np.nan, 1.0, np.nan], [1.0, 5.0, 2.0, np.nan], [2.0, np.nan, np.nan, np.nan]])
-    median, mean = middle(values)
-    assert median.tolist()[:3] == [2.0, 5.0, 1.5]
-    assert mean.tolist()[:3] == [2.0, 5.0, 1.5]
-    assert np.isnan([median[3], mean[3]]).all()
+    (low, median, high), mean = middle(values)
+    assert median.tolist()[:3] == mean.tolist()[:3] == [2.0, 5.0, 1.5]
+    assert low[:3] == pytest.approx([1.2, 5.0, 1.1]) and high[:3] == pytest.approx([2.8, 5.0, 1.9])
+    assert np.isnan([low[3], median[3], high[3], mean[3]]).all()
 
 
 # The picture
@@ -534,7 +540,7 @@ def made(successes, rmse, causes=None, flights=1):
         counted[..., CAUSES.index(name)] = count
         counted[..., CAUSES.index("off-path")] -= count
     rmse = np.where(successes > 0, rmse, np.nan)
-    return Cells(flights, flights > 1, counted, successes, rmse, rmse, rmse, np.zeros_like(successes))
+    return Cells(flights, flights > 1, counted, successes, rmse, rmse, rmse, np.zeros_like(successes), np.stack([rmse] * 3))
 
 
 def drawn(asked, cells):
@@ -576,11 +582,18 @@ def test_the_lines_beside_the_map_are_its_errors_where_it_has_colours(tmp_path, 
     cells = made([[[1, 1, 1], [1, 1, 0]]], [[[1.0, 0.1, 0.2], [0.3, 0.4, 0.5]]])
     assert draw_slices(tmp_path / "slices", asked, cells, Sheet())
     (axes,) = figures[0].axes
-    assert [line.get_label() for line in axes.lines] == ["disturbance scale = 0", "disturbance scale = 50"]
+    assert [text.get_text() for text in axes.get_legend().texts] == ["disturbance scale = 0", "disturbance scale = 50"]
     for line, wanted in zip(axes.lines, ([1.0, 0.1, 0.2], [0.3, 0.4, math.nan]), strict=True):
         np.testing.assert_allclose(line.get_ydata(), wanted)
         assert line.get_xdata().tolist() == [1.0, 2.0, 3.0]
-    assert axes.get_ylabel() == "position RMSE [m]"
+    assert axes.get_title(loc="left") == "position RMSE [m]"
+    several = made([[[20, 20, 20], [20, 20, 0]]], [[[1.0, 0.1, 0.2], [0.3, 0.4, 0.5]]], flights=20)
+    draw_slices(tmp_path / "slices", asked, several._replace(spread=several.rmse * [[[[0.5]]], [[[1.0]]], [[[2.0]]]]), Sheet())
+    assert figures[1].axes[0].get_title(loc="left") == "position RMSE [m]: median and middle 80 %"
+    for band, line in zip(figures[1].axes[0].collections, figures[1].axes[0].lines, strict=True):
+        ends = band.get_paths()[0].get_extents()
+        known = line.get_ydata()[np.isfinite(line.get_ydata())]
+        assert (ends.y0, ends.y1) == pytest.approx((0.5 * known.min(), 2.0 * known.max()))
     assert not draw_slices(tmp_path / "slices", asked, made([[[1, 0, 0], [0, 0, 0]]], 0.1), Sheet()), "one point is no line"
 
 

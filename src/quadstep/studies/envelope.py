@@ -23,7 +23,7 @@ from quadstep.studies.campaign.store import parquet
 from quadstep.studies.campaign.varied import variation_text
 from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, coloured_by, enough
 from quadstep.studies.envelope_cells import CAUSES, FLYABLE, Cells, cells_of, table
-from quadstep.studies.envelope_map import colours, draw_map, draw_slices, in_brief
+from quadstep.studies.envelope_map import LOOKS, colours, draw_map, draw_slices
 from quadstep.studies.envelope_request import Request, Value
 from quadstep.studies.study import Flown, Study
 
@@ -64,7 +64,8 @@ class Map(Study[Envelope]):
         draw_map(out / PICTURE, self.asked, envelope.cells, sheet, at)
         sliced, y = draw_slices(out / SLICES, self.asked, envelope.cells, sheet), self.asked.y
         where = f" where {y.in_words(y.values[len(y.values) // 2])}" * bool(self.asked.by)
-        along = f"The same errors{where}{'; no line where cells have no colour' * (not all(drawn))}."
+        same = f"The same errors{' and their spread' * (self.asked.flights > 1)}{where}"
+        along = f"{same}{'; no line where cells have no colour' * (not all(drawn))}."
         unit, factor = units.handy("m", max((one.rmse[1] for one in envelope.panels if one.rmse), default=0.0))
         header, rows = [one.format(unit) for one in HEADER], [row(one, factor) for one in envelope.panels]
         return Evidence(
@@ -130,16 +131,17 @@ def watched(request: Request) -> list[int]:
 
 def settings(request: Request) -> list[tuple[str, str]]:
     file = request.campaign.file
-    axes = [
+    axes = [(one, [one.shown(value) for value in one.values]) for one in reversed(request.axes)]
+    spans = [
         (
             words(one.key),
-            f"{len(one.values)} values of {one.key} from {one.shown(one.values[0])} to {one.shown(one.values[-1])}",
+            f"{len(all_of)} values of {one.key} from {all_of[0]} to {all_of[-1]}" if one.ranged else ", ".join(all_of),
         )
-        for one in reversed(request.axes)
+        for one, all_of in axes
     ]
     return [
         ("mission", str(request.campaign.defaults["name"])),
-        *axes,
+        *spans,
         *((label(request.campaign.mission, key), variation_text(file, key)) for key in file.keys if key not in keys(request)),
         ("flights per cell", str(request.flights)),
         ("seed, precision", f"{file.seed}, {file.precision}"),
@@ -187,6 +189,6 @@ def keys(request: Request) -> list[str]:
 
 def row(one: MapPanel, factor: float) -> list[str]:
     """A panel in the table, whose errors are in one unit."""
-    causes = ", ".join(f"{count} {in_brief(name)}" for name, count in one.causes.items())
+    causes = ", ".join(f"{count} {LOOKS[name][2]}" for name, count in one.causes.items())
     rmse = " to ".join(units.number(factor * end) for end in one.rmse) if one.rmse else "–"
     return [one.name or "the map", str(one.cells), str(one.flyable), units.percent(one.success), rmse, causes or "–"]

@@ -44,14 +44,14 @@ def answer(envelope: Envelope) -> str:
     several, limited = asked.flights > 1, bool(asked.campaign.file.failure)
     over = f"combinations of {words(asked.x.key)} and {words(asked.y.key)}"
     names = [f" with {one.name}" if one.name else "" for one in envelope.panels]
-    did, can = ("succeeded", "can be flown") if limited else ("reached the end", "reach the end")
+    did, do, can = ("succeeded", "succeed", "can be flown") if limited else ("reached the end", *["reach the end"] * 2)
     if asked.cells == 1:
         said = f"With {asked.x.in_words(asked.x.values[0])} and {asked.y.in_words(asked.y.values[0])}{names[0]}, "
         said += f"{int(envelope.cells.successes.sum())} of {asked.flights} flights {did}"
     elif not flyable.any():
         over = f"the {cells} {over}"
-        none = f"In none of {over} did {enough(asked)} flights {DO[did]}" if several else f"None of {over} {can}"
-        said = f"{none}{units.listed(names)}{best(envelope, DO[did])}"
+        none = f"In none of {over} did {enough(asked)} flights {do}" if several else f"None of {over} {can}"
+        said = f"{none}{units.listed(names)}{best(envelope, do)}"
     else:
         counts = [f"{'all' if flyable.all() else f'{one.flyable} of'} {cells}" for one in envelope.panels]
         parts = [f"{counts[0]} {over}{f' {can}' * (not several)}{names[0]}"]
@@ -65,12 +65,9 @@ def answer(envelope: Envelope) -> str:
     return f"{said[0].upper()}{said[1:]}{as_commanded(envelope)}.{more}"
 
 
-DO = {"succeeded": "succeed", "reached the end": "reach the end"}
-
-
 def as_commanded(envelope: Envelope) -> str:
     """How many of the graded flights that reach the end are as commanded, what the others lack, and how many are not graded:
-    a sentence of its own, or where none is, a clause of the first; nothing where the user set limits.
+    sentences of their own, or where none is, first a clause; nothing where the user set limits.
     """
     lacking = envelope.cells.lacking
     ended, bad = len(lacking), sum(map(bool, lacking.values()))
@@ -81,14 +78,16 @@ def as_commanded(envelope: Envelope) -> str:
         return ". No flight that reaches the end is among those graded"
     lack = Counter(itertools.chain(*lacking.values())).most_common()
     why = units.listed([f"{label} in {times}" if ended > 1 else label for label, times in lack])
-    some, shown = 0 < bad < ended, " flights shown" * bool(more)
+    none, shown = bad == ended, " flights shown" * bool(more)
     if ended == 1:
-        said = f"the only one of the{shown or ' flights'} that reaches the end is{' not' * bad}"
+        said = f"the only one of the{shown or ' flights'} that reaches the end is{' not' * bad} as commanded"
     else:
-        of, ends = "all" if not bad else bad if some else "none", " that reach the end" * bool(more or bad < ended)
-        said = f"{of} of the {ended}{shown}{ends} {'is' if bad in (1, ended) else 'are'}{' not' * some}"
-    said += f" as commanded{': ' * bool(why)}{why}{f'; the other {more} are not graded' * bool(more)}"
-    return f". {said[0].upper()}{said[1:]}" if bad < ended else f"; {said}"
+        ends = " that reach the end" * (not none or bool(more and not envelope.cells.flyable.all()))
+        of = f"{'none' if none else bad or 'all'} of the {ended}{shown}{ends} {'is' if none or bad == 1 else 'are'}"
+        said = f"{of}{' not' * (0 < bad < ended)} as commanded"
+    why = f". {why[0].upper()}{why[1:]}" if none else f"{': ' * bool(why)}{why}"
+    said += why + f"; the other {'is' if more == 1 else f'{more} are'} not graded" * bool(more)
+    return f"; {said}" if none else f". {said[0].upper()}{said[1:]}"
 
 
 def how_sure(envelope: Envelope) -> str:

@@ -13,6 +13,7 @@ from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, value_column
+from quadstep.studies.campaign.pictures import QUANTILES
 from quadstep.studies.envelope_request import Request
 from quadstep.studies.study import Flown
 
@@ -42,10 +43,10 @@ MEDIAN, MEAN = (RMSE.replace("[", f"_{what}[") for what in ("median", "mean"))
 class Cells(NamedTuple):
     """Results of each cell, arrays over (panel, row, column).
 
-    causes: of those that did not succeed how many by each of `CAUSES` (a fourth index). completed: how many completed.
-    rmse, mean: median and mean RMSE [m], and largest: largest error [m] of these, NaN where missing. outcome: the most
-    frequent one. shown: the first flight that succeeds where at least `MOSTLY` of them do, elsewhere the first that does not.
-    lacking: what each graded flight that reaches the end lacks of being as commanded, by the number of its cell.
+    causes: of those that did not succeed how many by each of `CAUSES` (a fourth index). completed: how many completed. Of
+    these rmse, mean: median and mean RMSE [m]; spread: its `QUANTILES` (a first index); largest: largest error [m]; NaN where
+    missing. outcome: the most frequent. shown: the first flight that succeeds where at least `MOSTLY` do, elsewhere the first
+    that does not. lacking: what graded flights that reach the end lack of being as commanded, by the numbers of their cells.
     """
 
     flights: int
@@ -56,6 +57,7 @@ class Cells(NamedTuple):
     mean: NDArray[np.float64]
     largest: NDArray[np.float64]
     outcome: NDArray[np.int64]
+    spread: NDArray[np.float64]
     shown: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
     lacking: Mapping[int, tuple[str, ...]] = MappingProxyType({})
 
@@ -102,13 +104,14 @@ def cells_of(request: Request, flown: Flown) -> Cells:
         through = outcome == 0
         rmse[turn[through], cell[through]] = flights[RMSE].to_numpy().astype(np.float64)[through]
         np.fmax.at(largest, cell[through], flights[LARGEST].to_numpy().astype(np.float64)[through])
-    median, mean = middle(rmse)
+    spread, mean = middle(rmse)
     return Cells(
         flights=request.flights,
         random=request.random,
         causes=causes.reshape(*request.shape, -1),
         completed=outcomes[:, 0].reshape(request.shape),
-        rmse=median.reshape(request.shape),
+        rmse=spread[1].reshape(request.shape),
+        spread=spread.reshape(-1, *request.shape),
         mean=mean.reshape(request.shape),
         largest=largest.reshape(request.shape),
         outcome=outcomes.argmax(axis=1).reshape(request.shape),
@@ -117,10 +120,10 @@ def cells_of(request: Request, flown: Flown) -> Cells:
 
 
 def middle(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Median and mean of each column without its NaN; NaN for a column of NaN."""
+    """`QUANTILES` and mean of each column without its NaN; NaN for a column of NaN."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
-        return np.nanmedian(values, axis=0), np.nanmean(values, axis=0)
+        return np.nanquantile(values, QUANTILES, axis=0), np.nanmean(values, axis=0)
 
 
 def table(request: Request, cells: Cells) -> pa.Table:

@@ -20,16 +20,17 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FixedFormatter, FuncFormatter, LogLocator, MaxNLocator, NullLocator, PercentFormatter
 from numpy.typing import NDArray
 
+from quadstep.engines.scored import RMSE
 from quadstep.metrics.requirements import unit
 from quadstep.mission.fields import label
 from quadstep.mission.read import check_mission
-from quadstep.report.axes import logarithmic
 from quadstep.report.canvas import LINES, drawing, figure_at, write
 from quadstep.report.colours import COLOURS as NAMED
 from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
-from quadstep.report.units import handy, listed, metric, percent, quantity
-from quadstep.studies.campaign.varied import text_of
+from quadstep.report.units import listed, metric, percent, quantity
+from quadstep.studies.campaign.pictures import ByKey, PlottedKey, draw_errors, over_key
+from quadstep.studies.campaign.varied import Bins, text_of
 from quadstep.studies.envelope_cells import CAUSES, MOSTLY, OVER_LIMIT, Cells, too_few
 from quadstep.studies.envelope_request import MapAxis, Request
 
@@ -37,20 +38,14 @@ COLOURS = "viridis"
 """Lighter where the error is larger, also in greyscale and for the colour-blind."""
 
 LOOKS = {
-    OVER_LIMIT: ("0.97", "..", ""),
+    OVER_LIMIT: ("0.97", "..", "above a limit"),
     "off-path": ("0.89", "//", "lost: off the path"),
     "spinning": ("0.79", "xxx", "lost: spinning"),
     "crashed": ("0.68", "--", "lost: crashed"),
     "singular": ("0.56", "||", "lost: theta at 90°"),
     "not-finite": ("0.43", "OO", "lost: not finite"),
 }
-"""Grey, hatch and words for each cause (for the first the limits themselves): told apart by the hatch alone, and by grey."""
-
-
-def in_brief(cause: str) -> str:
-    """A cause in words, where there is no room for the limits themselves."""
-    return LOOKS[cause][2] or "above a limit"
-
+"""Grey, hatch and words for each cause: told apart by the hatch alone, and by grey."""
 
 STRUCK, THICK = "black", 0.9
 """Of the lines through coloured cells that cannot be flown; a white seam tells them from dark cells."""
@@ -99,21 +94,20 @@ def draw_slices(path: Path, request: Request, cells: Cells, sheet: Sheet) -> boo
     """Errors along the middle row of each panel; of a single one also along its first and last. Whether there are any."""
     panels, rows, _ = request.shape
     middle, ends = [(one, rows // 2) for one in range(panels)], [] if request.by else [(0, 0), (0, rows - 1)]
-    errors = np.where(coloured(cells), cells.rmse, np.nan)
-    lines = {place: errors[place] for place in sorted({*middle, *ends}) if np.isfinite(errors[place]).sum() > 1}
-    if by_success(cells) or not (request.x.ranged and 0 < len(lines) <= len(LINES)):
+    errors = np.where(coloured(cells), cells.spread, np.nan)
+    seen = [place for place in sorted({*middle, *ends}) if np.isfinite(errors[1][place]).sum() > 1]
+    if by_success(cells) or not (request.x.ranged and 0 < len(seen) <= len(LINES)):
         return False
-    what, factor = handy("m", max(float(np.nanmax(one)) for one in lines.values()))
+    axis, which = (request.by, 0) if request.by else (request.y, 1)
+    lines = {axis.in_words(axis.values[one[which]]): ByKey({}, dict(enumerate(errors[:, *one].T))) for one in seen}
+    bins, limit = Bins(np.zeros(0, int), edges(request.x), ()), request.campaign.file.failure.get("position_rmse")
+    key = PlottedKey(label(request.campaign.mission, request.x.key), bins, lines, (RMSE, limit))
     high = 6.2 if request.by else 4.2
-    with figure_at(path, sheet, (PHONE, high), 0.16, 0.55 / high, 0.97, 1.0 - (0.05 + 0.25 * len(lines)) / high) as figure:
+    with figure_at(path, sheet, (PHONE, high), 0.16, 0.55 / high, 0.97, 1.0 - (0.28 + 0.21 * len(lines)) / high) as figure:
         axes = figure.subplots()
-        for ((panel, row), one), style in zip(lines.items(), LINES, strict=False):
-            axis, value = (request.by, panel) if request.by else (request.y, row)
-            axes.plot(request.x.values, factor * one, marker=".", label=axis.in_words(axis.values[value]), **style)
-        logarithmic(axes, [factor * one[np.isfinite(one)] for one in lines.values()])
-        axes.set(xlabel=label(request.campaign.mission, request.x.key), xlim=edges(request.x)[[0, -1]])
-        axes.set_ylabel(f"{'median ' * (cells.flights > 1)}position RMSE [{what}]")
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0))
+        draw_errors(axes, key)
+        over_key(axes, key, ())
+        axes.legend(axes.lines[: len(lines)], lines, loc="lower left", bbox_to_anchor=(0.0, 1.0 + 0.25 / high))
     return True
 
 
@@ -225,7 +219,7 @@ def tell_cells(axes: Axes, request: Request, cells: Cells, place: int) -> None:
         rmse, causes = float(cells.rmse[place, row, column]), cells.causes[place, row, column]
         told = [("succeed", percent(float(good)))] if cells.flights > 1 else []
         told += [("position RMSE", quantity(rmse, "m"))] if math.isfinite(rmse) else []
-        why = f"{'mostly ' * bool((causes > 0).sum() > 1)}{in_brief(CAUSES[causes.argmax()])}" if causes.any() else ""
+        why = f"{'mostly ' * bool((causes > 0).sum() > 1)}{LOOKS[CAUSES[causes.argmax()]][2]}" if causes.any() else ""
         told += [("failures" if cells.flights > 1 else "result", why)] if why else []
         lacking = cells.lacking.get(int(np.ravel_multi_index((place, row, column), request.shape)))
         such = f"not as commanded: {listed(lacking)}" if lacking else "as commanded"
@@ -272,7 +266,7 @@ def legend(request: Request, cells: Cells) -> list[Artist]:
     )
     limits = "fewer than half succeed" if cells.flights > 1 and not cells.cause[grey].any() else limits
     handles: list[Artist] = [
-        Patch(**look_of(name), label=LOOKS[name][2] or limits)
+        Patch(**look_of(name), label=limits if name == OVER_LIMIT else LOOKS[name][2])
         for number, name in enumerate(CAUSES)
         if (grey & (cells.cause == number)).any()
     ]

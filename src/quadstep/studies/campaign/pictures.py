@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.report import units
 from quadstep.report.axes import STEPS, Powers, plain_decades
-from quadstep.report.canvas import drawing, figure_at, new_figure, wrapped, write
+from quadstep.report.canvas import LINES, drawing, figure_at, new_figure, wrapped, write
 from quadstep.report.colours import COLOURS, CURVES
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.studies.campaign.varied import Bins, spans_decades
@@ -241,29 +241,30 @@ def draw_success(axes: Axes, key: PlottedKey) -> None:
 
 
 def draw_errors(axes: Axes, key: PlottedKey) -> None:
-    """Median and the middle 80 % of the metric in each bin, with its limit."""
+    """Median and, where flights of a bin differ, the middle 80 % of the metric in each bin, with its limit. NaN is a gap."""
     bins, lines = key.bins, {name: one.errors for name, one in key.lines.items()}
     every = np.array([some for errors in lines.values() for some in errors.values()]).reshape(-1, len(QUANTILES))
-    (name, limit), most = key.metric, float(every.max(initial=0.0))
+    (name, limit), most = key.metric, float(np.nanmax(every, initial=0.0))
+    differ = bool((every[:, 0] < every[:, -1]).any())
     what, known = units.metric(name)
     unit, factor = units.handy(known, most)
-    axes.set_title(f"{what}{f' [{unit}]' * (unit != '-')}: median and middle 80 %")
+    axes.set_title(f"{what}{f' [{unit}]' * (unit != '-')}{': median and middle 80 %' * differ}")
     if not len(every):
         axes.text(0.5, 0.5, "none completed", transform=axes.transAxes, ha="center")
         return
-    for color, (name, errors) in zip(CURVES, lines.items(), strict=False):
+    for style, (name, errors) in zip(LINES, lines.items(), strict=False):
         if not errors:
             continue
         low, middle, high = factor * np.array(list(errors.values())).T
         at, left, right = across(bins, list(errors))
         if bins.edges is None:
-            axes.bar(at, high - low, right - left, low, color=color, alpha=0.35)
-            axes.hlines(middle, left, right, color=color, linewidth=1.6)
+            axes.bar(at, high - low, right - left, low, color=style["color"], alpha=0.35)
+            axes.hlines(middle, left, right, color=style["color"], linewidth=1.6)
         else:
-            axes.fill_between(at, low, high, linewidth=0.0, color=color, alpha=0.35)
-            median = f"median{f' {name}' * bool(name)}{f' [{unit}]' * (unit != '-')}"
-            axes.plot(at, middle, color=color, linewidth=1.4, marker="o", markersize=2.5, label=median)
-    least, most = factor * float(every.min()), factor * most
+            axes.fill_between(at, low, high, linewidth=0.0, color=style["color"], alpha=0.35)
+            median = f"{'median ' * differ}{name}{f' [{unit}]' * (unit != '-')}".strip()
+            axes.plot(at, middle, marker="o", markersize=2.5, label=median, **style)
+    least, most = factor * float(np.nanmin(every)), factor * most
     if limit is not None and limit * factor <= NEAR * most:
         axes.axhline(limit * factor, color=LIMIT, linestyle="--", linewidth=1.4)
         axes.text(0.99, limit * factor, "limit", transform=axes.get_yaxis_transform(), color=LIMIT, va="bottom", ha="right")
