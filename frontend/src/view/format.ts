@@ -75,7 +75,7 @@ export function quantity(x: number, unit: string, digits = 3): string {
 /** A number and its unit, with a space where one belongs. */
 export function join(text: string, unit: string): string {
   if (!unit) return text;
-  return unit.startsWith("°") ? text + unit : `${text}\u00a0${unit}`;
+  return unit.startsWith("°") && !text.includes("×") ? text + unit : `${text}\u00a0${unit}`; // else it looks like a digit of the power
 }
 
 /** A time on the clock, in hundredths. */

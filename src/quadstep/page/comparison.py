@@ -211,8 +211,7 @@ def differing_keys(keys: Iterable[str], first: Metrics, second: Metrics) -> list
 def numbers(content: Metrics) -> dict[str, float]:
     """The numbers of a metrics.json by dotted name, without those of the mission, and of where a flight was lost."""
     kept = {key: value for key, value in content.items() if key not in ("mission", "ending")}
-    found = {key: float(one) for key, one in scalars(kept).items() if one is not None and abs(one) < 1e300}
-    return {key: one if abs(one) > 1e-30 else 0.0 for key, one in found.items()}
+    return {key: float(one) for key, one in scalars(kept).items() if one is not None and abs(one) < 1e300}
 
 
 def reported(*results: ResultFolder) -> list[list[str]]:
@@ -254,7 +253,9 @@ def value(one: float, unit: str, largest: float) -> str:
     if unit == "-" and one.is_integer() and abs(one) < 1e9:
         return f"{one:.0f}"
     unit, factor = units.suited(unit, 0.0 if unit in units.ANGLES else largest)
-    return units.number(factor * one) + units.unit_suffix(unit)
+    text = units.number(factor * one)
+    space = "\N{NO-BREAK SPACE}" * (unit == "°" and "×" in text)  # or it looks like a digit of the power
+    return text + space + units.unit_suffix(unit)
 
 
 OF_LOST = {"ended", "largest_tilt", "saturated_share", "lowest_thrust_share", "full_thrust_share"}
