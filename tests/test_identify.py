@@ -394,7 +394,7 @@ def test_the_report_says_what_was_found_and_what_is_left(tmp_path, flights, trut
     two = {"rotor.rise_time": Fitted(0.04, 0.03, 0.05, "s", ""), "inertia[0]": Fitted(2e-5, 1.9e-5, 2.4e-5, "kg m^2", "")}
     run = Identification(vehicle, found._replace(fitted=two), [], None, None, None)
     left = followers(run, flights[:1], start())
-    told = evidence(run, flights[:1], start(), left)
+    told = evidence(run, flights[:1], start(), left, ["made0: yaw is barely excited"])
     pages.write_identification(tmp_path / "r.html", told, run, flights[0].period, left)
     text = (tmp_path / "r.html").read_text().replace("\u00a0", " ")
     for words in (
@@ -403,7 +403,7 @@ def test_the_report_says_what_was_found_and_what_is_left(tmp_path, flights, trut
         "the reason",
         "no flight was held out",
         "not determined",
-        "made0",
+        "<p>made0: yaw is barely excited</p>",
     ):
         assert words in text, words
 

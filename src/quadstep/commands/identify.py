@@ -86,11 +86,11 @@ def identify(
     if mass:
         section = section.model_copy(update={"mass": mass})
     flights = read_logs(logs, mapping)
-    check_logs(flights, section, trust)
+    notes = check_logs(flights, section, trust)
     result = run(flights, section, source, hold_out, lambda what: complain(f"fitting: {what}"), residual, still_air)
     write_beside(out, as_toml(result.vehicle))
     found = followers(result, flights, section)
-    told = evidence(result, flights, section, found)
+    told = evidence(result, flights, section, found, notes)
     if report:
         from quadstep.identify.pages import write_identification
 
@@ -102,15 +102,18 @@ def identify(
     say_whole(f"Wrote {out}{pages}")
 
 
-def check_logs(flights: "list[FlightRecord]", vehicle: "AirframeSection", trust: bool) -> None:
-    """Refuse what contradicts its mapping unless trusted, then say what is worth knowing of each log. Raises UserError."""
+def check_logs(flights: "list[FlightRecord]", vehicle: "AirframeSection", trust: bool) -> list[str]:
+    """Refuse what contradicts its mapping unless trusted, then say, and return, what is worth knowing of each log. Raises
+    UserError.
+    """
     from quadstep.identify.logs.judge import in_few_lines, judge, refuse
 
     judged = {flight.name: judge(flight, vehicle.geometry()) for flight in flights}
     for name, findings in judged.items() if not trust else ():
         refuse(name, findings)
-    for line in in_few_lines(judged):
+    for line in (lines := in_few_lines(judged)):
         say(line)
+    return lines
 
 
 def replay(

@@ -196,9 +196,10 @@ def followers(run: Identification, flights: Sequence[FlightRecord], start: Airfr
 
 
 def evidence(
-    run: Identification, flights: Sequence[FlightRecord], start: AirframeSection, found: Sequence[Followed] = ()
-) -> Evidence:
-    """What was found. start: the vehicle that it began with; found: `followers`."""
+    run: Identification, flights: Sequence[FlightRecord], start: AirframeSection, found: Sequence[Followed] = (),
+    notes: Sequence[str] = (),
+) -> Evidence:  # fmt: skip
+    """What was found. start: the vehicle that it began with; found: `followers`; notes: on its logs."""
     period = flights[0].period
     reasons: dict[str, list[str]] = {}
     for key, reason in run.found.kept.items():
@@ -214,7 +215,9 @@ def evidence(
     held = f"Held out: {', '.join(run.held_out)}{', all with the same setpoints' * run.alike}. The vehicle file is from a "
     held += f"second fit, to all flights ({names}), which leaves none to test it."
     more = [*kept, *of_residual(run)]
-    sections: list[Section] = [uses(run.found), markup.heading("Identified parameters", "found")]
+    said = "".join(markup.paragraph(one, escape) for one in notes)
+    noted = [markup.disclosure("what the logs show, and lack", said)] * bool(said)
+    sections: list[Section] = [uses(run.found), *noted, markup.heading("Identified parameters", "found")]
     sections += [markup.paragraph(" ".join(more), escape)] * bool(more)
     sections += fitted(run.found, start, run.vehicle.inertia[2])
     if tables:
