@@ -68,6 +68,9 @@ def test_a_step_begins_in_sight_and_with_the_focus(open_page, page_file, width, 
         assert page.locator("#guide h2").inner_text() == title
         assert_new("#guide h2")
         assert page.locator("#walk").is_hidden()  # what a step moves and shows needs the room
+        flight = page.evaluate("quadstep.settings().flight")
+        page.keyboard.press("n" if title == "Step 1" else "p")
+        assert page.evaluate("quadstep.settings().flight") == flight, "a step chooses its own"
     page.go_back()
     page.wait_for_function("() => document.querySelector('#guide h2').textContent === 'Step 1'")
     page.go_forward()

@@ -134,7 +134,7 @@ function start(): void {
   const walk = (step: 1 | -1): void => {
     const at = page.flights.findIndex((flight) => flight.id === before);
     const next = page.flights[at + step];
-    if (next) session.select(next.id);
+    if (next && !guide?.step) session.select(next.id); // a step chooses its own
   };
   const open = (): void => {
     const link = fragment.read(location.hash, page);
