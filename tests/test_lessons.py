@@ -394,7 +394,7 @@ def test_of_a_lesson_those_exercises_are_checked_that_the_mission_is_for(tmp_pat
 def test_what_of_a_lesson_is_not_checked_is_named(tmp_path):
     junit = tmp_path / "verdict.xml"
     run = quadstep("check", "6", mission_of("6.4", tmp_path, SOLUTIONS["6.4"]), "--junit", junit)
-    assert run.out.startswith("Not counted (for a different mission): 6.5, 6.7.\n6.4 solved")
+    assert run.out.startswith("Not counted (asks for a different mission): 6.5, 6.7.\n6.4 solved")
     assert 'name="quadstep check: 6 (not counted: 6.5, 6.7)"' in junit.read_text(encoding="utf-8")
 
 

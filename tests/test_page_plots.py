@@ -217,9 +217,10 @@ def test_the_end_of_a_lost_flight_does_not_flatten_what_came_before(open_page):
     assert page.evaluate("quadstep.outcome()")["ended"] < 14.0
     head, said = page.locator("#plot-position-error"), words_of(page, "position-error")
     assert head.locator("h3").get_attribute("data-unit") == "[mm]" and {"−1.0", "1.0"} <= {*said}
-    assert "The end is off scale" in head.locator(".note").inner_text()
+    for cut in ("position-error", "attitude", "weights"):
+        assert "The end is off scale" in page.locator(f"#plot-{cut} .note").inner_text()
     held = open_page("#set=disturbance:1")
-    assert "runs off" not in held.locator("#plot-position-error").inner_text()
+    assert "off scale" not in held.locator("body").inner_text()
 
 
 def test_the_end_of_a_lost_flight_does_not_flatten_the_force_of_its_net(open_page):

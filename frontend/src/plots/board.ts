@@ -128,16 +128,15 @@ export class Board {
     const panel = found && this.ending(found, shown);
     const { since } = shown.data.summary;
     const counts = `Shaded: errors count only from ${plain(since)} s on.`;
-    if (panel && since > 0 && id.startsWith("position")) return { ...panel, uncounted: since, ...(id === "position" ? { note: counts } : {}) };
-    const note = id === "attitude" ? offCommand(shown) : id === "rotors" && shown.flight.has("f1_whole") ? WHOLE : "";
-    return panel && note ? { ...panel, note } : panel;
+    if (panel && since > 0 && id.startsWith("position")) return { ...panel, uncounted: since, note: id === "position" ? `${panel.note} ${counts}`.trim() : panel.note };
+    const more = id === "attitude" ? offCommand(shown) : id === "rotors" && shown.flight.has("f1_whole") ? WHOLE : "";
+    return panel && more ? { ...panel, note: `${panel.note} ${more}`.trim() } : panel;
   }
 
-  /** A panel of a flight that may be lost, and whether that dwarfs the rest; said where nothing else on the page says so. */
+  /** A panel of a flight that may be lost; says so where its end is cut off, which would dwarf the rest. */
   private ending(panel: Panel, { flight }: Shown): Panel {
     const lost = flight.held ? panel : { ...panel, lost: flight.ended };
-    const told = [NET, "position-error"].includes(panel.id) && calm(lost, this.window.whole);
-    return told ? { ...lost, note: `${CUT} ${panel.note}`.trim() } : lost;
+    return calm(lost, this.window.whole) ? { ...lost, note: `${CUT} ${panel.note}`.trim() } : lost;
   }
 
   /** All that may be shown of a flight, and what is: new plots, those of its columns, and its net, which is not unless chosen. */

@@ -62,7 +62,7 @@ function entries({ rmse, largest, tilt, share, thrust }: Measures): Entry[] {
     { label: "Largest error", text: of(largest, "m"), hint: "Largest distance to the desired position" },
     { label: "Largest tilt", text: tilt === undefined ? "–" : join(number((tilt * 180) / Math.PI, 3), "°"), hint: "Largest angle between thrust and vertical" },
     limited
-      ? { label: "Thrust margin", text: join(number(100 - 100 * share, 3), "%"), hint: "Share of the full rotor thrust left at the worst moment" }
+      ? { label: "Total thrust left", text: join(number(100 - 100 * share, 3), "%"), hint: "Of all rotors together, at the worst moment; a single rotor may have none left" }
       : thrust === undefined ? { label: "Largest thrust", text: "–", hint: "The log of this flight has no thrusts of rotors" }
       : { label: "Largest thrust", text: of(thrust, "N"), hint: "Of all rotors together; this vehicle’s rotors have no limit, so there is no margin" },
   ];

@@ -64,7 +64,7 @@ def check(
     left = [one for one in found if one not in chosen]
     others, unsolved = ([one.task.name for one in left if one.strange == strange] for strange in (True, False))
     if not delivery.as_json:
-        for names, why in ((others, "for a different mission"), (unsolved, "for such a mission, but not solved")):
+        for names, why in ((others, "asks for a different mission"), (unsolved, "for such a mission, but not solved")):
             if names:
                 say(f"Not counted ({why}): {', '.join(names)}.")
         unlike = not alike and len(found) > 1

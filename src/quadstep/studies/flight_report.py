@@ -183,8 +183,8 @@ def of_limits(metrics: Metrics, battery: bool = False, counted: str = "") -> lis
         )
     if "largest_thrust_share" in metrics:
         share = metric(metrics, "largest_thrust_share")
-        more = f"of the rotors' total thrust{' on a full battery' * battery} was never used"
-        found.append(markup.Fact("smallest thrust margin", units.percent(1.0 - share), more))
+        more = f"of all rotors together{' on a full battery' * battery}, at the worst moment"
+        found.append(markup.Fact("total thrust left", units.percent(1.0 - share), more))
     if "saturated_share" in metrics:
         said = of_saturation(metrics, units.percent)
         found.append(markup.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), said))
