@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from quadstep.engines.fly import fly
@@ -11,9 +12,9 @@ from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing
-from quadstep.report.figures import draw
+from quadstep.report.figures import draw, track_figure
 from quadstep.report.moments import mark, named
-from quadstep.report.panel import EventMark, Panel
+from quadstep.report.panel import EventMark, Panel, Track
 from quadstep.report.panels import (
     attitude_panels,
     flight_jobs,
@@ -25,7 +26,8 @@ from quadstep.report.panels import (
     other_panels,
     with_quiet_marks,
 )
-from quadstep.report.sheet import Sheet, sheet
+from quadstep.report.sheet import COLUMN, PHONE, Sheet, sheet
+from quadstep.report.told import strips
 
 PAPER = {"path": {"type": "minimum-jerk", "end": [0.1, 0.0, 0.1], "duration": 0.5}}
 ON_AIRFRAME = PAPER | {"vehicle": {"preset": "crazyflie"}}
@@ -236,3 +238,16 @@ def test_a_word_without_room_is_left_out_and_none_leaves_the_axes():
     found = named(moments, 0.0, 10.0, 2.0)
     assert [(one.word, row) for one, row, _ in found] == [("last", 0), ("a", 0), ("b", 1)]
     assert all(0.0 <= begin <= 144.0 - 0.55 * 8.5 * len(one.word) for one, _, begin in found)
+
+
+@pytest.mark.parametrize("plane", [(0, 2), (0, 1, 2)])
+def test_a_path_and_its_error_fill_the_page_and_each_a_phone(plane):
+    """On a phone they stand below one another, without scrolling."""
+    t = np.linspace(0.0, 1.0, 50)
+    wanted = np.zeros((50, 3))
+    wanted[:, plane] = np.sin(6.0 * t[:, None] + np.array(plane))
+    figure = track_figure(t, Track(0.1 * t, wanted, wanted + 0.1), Sheet())
+    FigureCanvasAgg(figure).draw()
+    parts = strips(figure)
+    assert figure.get_figwidth() == COLUMN and len(parts) > 1
+    assert all(width <= 1.06 * 72.0 * PHONE for _, width, _, _ in parts), parts

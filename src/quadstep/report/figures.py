@@ -235,13 +235,13 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet, moments: Se
     narrow = bool(views) and sheet.side_by_side(1 + len(views), 2.2) < 1 + len(views)
     width = COLUMN if views else PHONE
     second = 0.18 if views and track.before is not None else 0.0  # row of the legend
-    free, least = (0.24 + second, 2.4 + second) if views else (0.03, 1.7)  # above the axes
+    free, least = (0.24 + second, 4.3 - 0.95 * len(views) + second) if views else (0.03, 1.7)  # above the axes
     across = (width - 0.94) / (1.0 + 1.5 * len(views))
     more = max(0.0, ROW / 72.0 * rows_above(moments, float(t[0]), float(t[-1]), across) - free)
     tall = least + more
     size = width, tall, 3.8 if narrow else 2.6 if views else 1.7
     sides = (0.68 if views else 0.82) / width, 0.46 / tall, 1.0 - 0.12 / width, 1.0 - (free + 0.05 + more) / tall
-    figure = new_figure(sheet, size, *sides, 0.12 * (1 + len(views)))
+    figure = new_figure(sheet, size, *sides, 0.44 - 0.04 * len(views))
     *seen_from, errors = track_axes(figure, len(views), narrow)
     laid = {FLOWN: track} if track.before is None else {AFTER: track, BEFORE: track.before}
     distance = np.concatenate([one.distance for one in laid.values()])
@@ -286,7 +286,7 @@ def track_figure(t: NDArray[np.float64], track: Track, sheet: Sheet, moments: Se
 def track_axes(figure: Figure, views: int, narrow: bool) -> list[Axes]:
     """The axes of the views, that from above, which a phone shows first, and the error; narrow: below them."""
     if not narrow:
-        return [*figure.subplots(1, 1 + views, width_ratios=[*[1.0] * views, 3.8 - 1.15 * views], squeeze=False)[0]]
+        return [*figure.subplots(1, 1 + views, width_ratios=[*[1.0] * views, 1.2 + 0.15 * views], squeeze=False)[0]]
     above, below = figure.subfigures(2, 1, squeeze=False)[:, 0]
     return [*above.subplots(1, views, squeeze=False)[0], below.subplots()]
 
