@@ -59,7 +59,8 @@ class PayloadSection(LastingSection):
     """A point mass: it adds weight and inertia, and moves the centre of gravity."""
 
     type: Literal["payload"]
-    words: ClassVar = ("a payload was taken up", "a payload was released", "payload")
+    began: ClassVar = "a payload was taken up", "payload"
+    ended: ClassVar = "a payload was released", "released"
     mass: Annotated[Positive, Quantity("kg", "mass of the payload, a point mass")]
     position: Annotated[Triple, Quantity("m", "position of the payload in body axes")] = (0.0, 0.0, 0.0)
 
@@ -75,7 +76,8 @@ class CentreSection(LastingSection):
     """
 
     type: Literal["centre-of-gravity"]
-    words: ClassVar = ("the centre of gravity moved", "the centre of gravity moved back", "shifted")
+    began: ClassVar = "the centre of gravity moved", "shifted"
+    ended: ClassVar = "the centre of gravity moved back", ""
     shift: Annotated[Triple, Quantity("m", "shift of the centre of gravity in body axes")]
 
     def payloads(self, mass: float) -> list[Payload]:
@@ -90,7 +92,8 @@ class RotorFaultSection(Section):
     """A rotor that makes less thrust and torque than its speed should."""
 
     type: Literal["rotor"]
-    words: ClassVar = ("the fault of a rotor began", "", "rotor fault")
+    began: ClassVar = "the fault of a rotor began", "rotor fault"
+    ended: ClassVar = "", ""
     end: ClassVar = NEVER
     time: Annotated[NonNegative, Quantity("s", "start of the event")]
     rotor: Annotated[int, Field(ge=1), Quantity("", "number of the rotor, counted from 1")]
@@ -250,12 +253,12 @@ class MultirotorMission(Mission):
     @property
     def moments(self) -> list[EventMark]:
         gust = self.wind.gust if isinstance(self.wind, WindSection) else None
-        events = [(one.time, one.end, *one.words) for one in self.events]
+        begun = [EventMark(one.time, *one.began, one.end) for one in self.events]
+        ended = [EventMark(one.end, *one.ended) for one in self.events]
         if gust:
-            events.append((gust.start, gust.start + gust.length, "the gust began", "the gust ended", "gust"))
-        found = [EventMark(begin, began, word, end) for begin, end, began, _, word in events]
-        found += [EventMark(end, ended, "released" * ended.endswith("released")) for _, end, _, ended, _ in events]
-        return found or super().moments
+            begun.append(EventMark(gust.start, "the gust began", "gust", gust.start + gust.length))
+            ended.append(EventMark(gust.start + gust.length, "the gust ended"))
+        return [*begun, *ended] or super().moments
 
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics = flight_metrics(log, self.score_from, arm=self.arm)
