@@ -33,14 +33,16 @@ KINDS: tuple[tuple[str, bool, bool, dict[str, Any]], ...] = (
 )
 """Of candidates: what is said of it, whether it lost no flight and kept the constraints, by a guess or not, its looks."""
 
-LEGEND_ROWS = 0.72
-"""Height of a legend's four rows [in]."""
+LEGEND_ROW = 0.18
+"""Height of a legend's row [in]."""
 
 
 def draw_search(path: Path, request: TuningRequest, result: SearchResult, sheet: Sheet) -> Figure:
     """Write `path` in the sheet's formats; gives it with its caption."""
-    height = 2.9 + LEGEND_ROWS
-    with figure_at(path, sheet, (PHONE, height), 0.14, 0.48 / height, 0.985, 1.0 - (0.14 + LEGEND_ROWS) / height) as figure:
+    kinds = {(one.judged.feasible, one.judged.feasible and guessed(request, one)) for one in result.history}
+    above = LEGEND_ROW * (len(kinds) + 1)
+    height = 2.9 + above
+    with figure_at(path, sheet, (PHONE, height), 0.14, 0.48 / height, 0.985, 1.0 - (0.14 + above) / height) as figure:
         axes = figure.subplots()
         draw_objective(axes, request, result)
         names = axes.get_legend_handles_labels()[1]
