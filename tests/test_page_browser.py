@@ -525,6 +525,7 @@ def test_paper_shows_every_plot_and_nothing_to_press(open_page, brief_file):
     said = r"Changed settings: t_f = 6\ss \(original: \d+\ss\)\. Link: .+\.html#flight=.+&set=t_f:6"
     assert len(re.findall(said, page.locator("#summary").inner_text())) == 1
     assert not page.locator(".claim .facts").first.is_visible(), "numbers of the original flight above plots of another"
+    assert not page.locator(".stale-note:visible").count(), "a remark on text that is not printed"
     page.emulate_media(media="screen")
     assert "Changed settings" not in page.locator("main").inner_text()
     assert page.locator("#transport").is_visible() and until(page, lambda: theme.get_attribute("data-theme") == "dark")
