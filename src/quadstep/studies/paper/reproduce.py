@@ -201,7 +201,7 @@ def evidence(study: PaperStudy, claims: list[Claim], flying: bool = False) -> Ev
             TableSection(text=SOURCES),
             in_full,
             TableSection("The cases in numbers", "cases", CASES_HEADER[:4], [row[:4] for row in cases], OF_CASES),
-            TableSection(header=("", *CASES_HEADER[4:]), rows=[[row[0], *row[4:]] for row in cases]),
+            TableSection(header=(CASES_HEADER[0], *CASES_HEADER[4:]), rows=[[row[0], *row[4:]] for row in cases]),
             TableSection("Case 3 from other starts and with other gains of [11]", "starts", start_header, start_rows,
                   f"Whether each claim holds for the flight; the paper gives neither the start nor the gains. {lost}"),
             TableSection("Stress flights: Case 1's path in less time, under more disturbance", "stress", header, rows,
