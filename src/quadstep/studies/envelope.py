@@ -30,8 +30,6 @@ from quadstep.studies.study import Flown, Study
 DATA, PICTURE, SLICES = "envelope.parquet", "envelope", "slices"
 
 HEADER = ("panel", "cells", "flyable", "success rate", "RMSE of flyable cells [{}]", "outcomes of failed flights")
-
-
 MARKED = "Marked: fewer than half of the flights succeed; one that failed is shown."
 
 
@@ -107,15 +105,13 @@ class Map(Study[Envelope]):
         if one.replay is None:
             return one
         name = ", ".join(axis.in_words(cast("Value", one.replay.values[axis.key])) for axis in reversed(self.asked.axes))
-        flights = self.asked.flights
-        of = f"{flight // self.asked.cells + 1} of {flights}"
+        of = f"{flight // self.asked.cells + 1} of {self.asked.flights}"
         do = "succeed" if self.campaign.file.failure else "reach the end"
-        name += f" (flight {of}, of which {successes} {do})" if flights > 1 else ""
+        name += f" (flight {of}, of which {successes} {do})" * (self.asked.flights > 1)
         return one._replace(replay=one.replay._replace(mission=one.replay.mission.model_copy(update={"name": name})))
 
 
 MOST_GRADED, AT_ONCE = 300, 32  # flights that reach the end: of more, only those shown; so many logs in memory
-
 
 MOST_WATCHED = 100
 """Cells whose flight can be seen."""
@@ -131,14 +127,11 @@ def watched(request: Request) -> list[int]:
 
 def settings(request: Request) -> list[tuple[str, str]]:
     file = request.campaign.file
-    axes = [(one, [one.shown(value) for value in one.values]) for one in reversed(request.axes)]
-    spans = [
-        (
-            words(one.key),
-            f"{len(all_of)} values of {one.key} from {all_of[0]} to {all_of[-1]}" if one.ranged else ", ".join(all_of),
-        )
-        for one, all_of in axes
-    ]
+    spans = []
+    for one in reversed(request.axes):
+        some = [one.shown(value) for value in one.values]
+        told = f"{len(some)} values of {one.key} from {some[0]} to {some[-1]}" if one.ranged else ", ".join(some)
+        spans.append((words(one.key), told))
     return [
         ("mission", str(request.campaign.defaults["name"])),
         *spans,
