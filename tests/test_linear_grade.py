@@ -22,6 +22,7 @@ from quadstep.metrics.registry import UNGRADED
 from quadstep.mission.read import read_mission
 from quadstep.page.folder import open_result, results
 from tests.commands import quadstep, strict_json, write
+from tests.made_flights import true_vehicle
 from tests.missions import EXAMPLES
 from tests.pages import data_of
 from tests.quick_gains import QUICK
@@ -403,3 +404,10 @@ def test_a_flight_whose_loop_is_not_graded_says_so_and_what_examines_it(tmp_path
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert UNGRADED in " ".join(run.out.split())
     assert "The loop at rest is not graded here; <code>quadstep linear</code> examines it." in report.replace("\u00a0", " ")
+
+
+def test_default_gains_are_called_fragile_on_a_small_vehicle_of_slow_rotors_and_late_commands():
+    command = {"speed": 2900.0, "exponent": 0.95, "nominal_voltage": 3.8, "delay": 0.013}
+    found = grade(Mission(vehicle={**true_vehicle(), "command": command}, path=HOLD, controller={"type": "pid"}))
+    assert found.word == FRAGILE, "as docs/controllers.md says"
+    assert found.why.startswith("gain margin 3.4 dB in pitch")

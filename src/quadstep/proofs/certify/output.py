@@ -201,7 +201,7 @@ def tables(c: FlightCertificate) -> Tables:
             for when, key in (("the start", "first[J]"), (f"most{until}", "largest[J]"), (f"{c.until:.3g} s", "last[J]"))
         ],
         ways=[
-            ["formula and plant, largest difference", brief(agree), "< 10^-9", mark(ROUNDING - agree)],
+            ["formula and plant, at most", brief(agree), "< 10^-9", mark(ROUNDING - agree)],
             ["formula and differences of L, rms", brief(rate["formula_less_differenced_rms"]), "", NOT_JUDGED],
         ],
     )  # fmt: skip
