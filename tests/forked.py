@@ -51,6 +51,8 @@ def server():
 def main():
     """Serve requests for as long as there are any."""
 
+    from matplotlib.artist import Artist
+
     import quadstep.engines.kernel
     import quadstep.identify.run
     import quadstep.linear.run
@@ -64,7 +66,7 @@ def main():
     from quadstep.interfaces.controller import Measured
     from quadstep.report.canvas import Typeset
 
-    Typeset.draw = lambda *_: None  # a terminal shows no figure; those of a flight are drawn, by other processes
+    Typeset.draw = Artist.draw  # nothing: a terminal shows no figure; those of a flight are drawn, by other processes
     cli.built()
     registry.names(Measured)
     gc.freeze()
