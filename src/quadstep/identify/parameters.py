@@ -163,7 +163,11 @@ def values_at(point: Floats, free: Sequence[Free]) -> list[float]:
     ]
 
 
+def leaf_values(free: Sequence[Free], point: Floats) -> dict[str, float]:
+    return {leaf: value for one, value in zip(free, values_at(point, free), strict=True) for leaf in one.leaves}
+
+
 def placed(parameters: PredictorParameters, free: Sequence[Free], point: Floats) -> PredictorParameters:
-    new = {leaf: value for one, value in zip(free, values_at(point, free), strict=True) for leaf in one.leaves}
+    new = leaf_values(free, point)
     names = [name.removeprefix(PREFIX) for name in leaf_names(parameters, PREFIX.removesuffix("."))]
     return rebuild(parameters, (new.get(name, leaf) for name, leaf in zip(names, flatten(parameters), strict=True)))

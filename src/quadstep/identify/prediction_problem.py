@@ -12,36 +12,36 @@ from quadstep.engines.loop import Numbers
 from quadstep.engines.scored import ScoredLoop
 from quadstep.engines.sweep import Sweep, places
 from quadstep.identify.logs.flight import FlightRecord, Floats
-from quadstep.identify.parameters import PREFIX, Free, placed, values_at
+from quadstep.identify.parameters import PREFIX, Free, leaf_values, leaves_of, placed
 from quadstep.identify.prediction import Prediction, Predictor, PredictorParameters
 from quadstep.identify.starts import JoinedFlights, Starts, States, constant, differences, logged, norms
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io.errors import UserError
 
+BEGUN = ("first", "history")
+"""Leaves that tell the starts apart."""
+
 
 class PredictionBatch:
-    """Predictions from many starts, with some numbers free."""
+    """Predictions from many starts, with some numbers free. To the engine all are: so one code serves whatever a fit frees."""
 
     def __init__(
         self, loop: Predictor, period: float, starts: Starts, parameters: PredictorParameters, free: Sequence[Free] = ()
     ) -> None:
         self.loop, self.starts, self.parameters, self.free = loop, starts, parameters, free
-        names = ["first", "history", *(leaf for one in free for leaf in one.leaves)]
+        self.given = {name: value for name, value in leaves_of(parameters).items() if name not in BEGUN}
         ticks = Ticks(period, (1,), 10**9, int(starts.history.max()) + max(loop.horizons))
         start: tuple[()] = ()
         scored = cast(ScoredLoop, loop)  # its score is the result
         given = cast(Numbers, parameters)  # nor is there a controller
-        where = places(start, given, [PREFIX + name for name in names])
+        where = places(start, given, [PREFIX + name for name in (*BEGUN, *self.given)])
         self.sweep = Sweep(scored, ticks, start, given, where, double=True)
 
     def run(self, points: Sequence[Floats]) -> tuple[Floats, Floats]:
         """States (points, horizons, n, 13) and unexplained angular accelerations, trends and forces (points, n, 9)."""
         base = np.stack([self.starts.first, self.starts.history], axis=1).astype(float)
         count = len(base)
-        leaves = [
-            [value for one, value in zip(self.free, values_at(point, self.free), strict=True) for _ in one.leaves]
-            for point in points
-        ]
+        leaves = [[*(self.given | leaf_values(self.free, point)).values()] for point in points]
         values = [np.concatenate([base, np.tile(one, (count, 1))], axis=1) for one in leaves]
         score = cast(Prediction, self.sweep.fly(np.concatenate(values)).score)
         states = np.array([list(one) for one in score.states]).reshape(len(self.loop.horizons), 13, len(points), count)
