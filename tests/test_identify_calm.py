@@ -18,7 +18,7 @@ from quadstep.identify.parameters import VEHICLE, before_fit, numbers_of
 from quadstep.identify.replay import ErrorTable, ready
 from quadstep.identify.run import Identification, answer, evidence, for_test, same_setpoints, untested
 from quadstep.identify.run import run as run_identification
-from quadstep.identify.uses import LATENESS, TUNED, cards, reach, uses, within
+from quadstep.identify.uses import LATENESS, cards, reach, uses
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.io.errors import UserError
 from quadstep.mission.airframe_tables import CommandSection
@@ -265,29 +265,6 @@ def test_the_first_sentence_names_what_is_wrong_and_what_to_fly_next(flight_numb
     assert sagging.startswith("Do not yet tune roll and pitch on this model: its thrust is wrong by more than 5 %. The ")
     assert "The modelled thrust is 0.90 to 1.10 times the thrust needed. Predictions learn this error" in sagging
     assert cards(found, worse.commands, 0.01)[-1].more == f"{percent(1.63 / 0.95)} of the better baseline's error"
-
-
-def test_the_gain_of_a_loop_is_known_whatever_the_mass_and_as_well_as_its_interval_says():
-    """Two lively flights; the model is given a wrong mass, thrust coefficient and inertia about z."""
-    flights = made_flights.logged(0)[:2]
-    begun = made_flights.misgiven(made_flights.start(), 1.1, 0.8, 1.0)
-    found = identify(flights, begun, lambda _: None, predictors=False, still=True)
-    speed = made_flights.true_value("command.speed") / found.fitted["command.speed"].value
-    thrust = speed**2 * made_flights.start().rotor.thrust_coefficient / begun.rotor.thrust_coefficient
-    for axis, key in TUNED.items():
-        low, high = reach(found, axis)
-        assert low < 0.3 and high < 0.3
-        assert -low < thrust * found.fitted[key].value / made_flights.TRUTH[key] - 1.0 < high
-    late = found.late
-    assert late.low < made_flights.TRUTH["rotor.rise_time"] + made_flights.TRUTH["command.delay"] < late.high
-    parts = [found.fitted[key] for key in ("rotor.rise_time", "command.delay")]
-    assert late.value == pytest.approx(sum(one.value for one in parts))
-    assert late.high - late.low < 0.8 * sum(one.high - one.low for one in parts)  # of which one is too long, one too short
-    low, high = (1e3 * end for end in late[1:3])
-    assert cards(found, None, 0.01)[2].more == f"95 % interval: {low:.0f} to {high:.0f}\N{NO-BREAK SPACE}ms"
-    unthrust = found._replace(fitted={key: one for key, one in found.fitted.items() if key != "command.speed"})
-    assert within(unthrust, "roll") == "not determined"  # it is the thrust that is not, and no sign
-    assert max(reach(found, LATENESS)) == pytest.approx(max(late.high / late.value - 1.0, 1.0 - late.low / late.value))
 
 
 def test_what_no_held_out_flight_turns_about_is_untested_and_one_manoeuvre_flown_twice_is_said_to_be(flight_numbers):
