@@ -89,7 +89,7 @@ def test_the_report_shows_predictions_simulations_and_estimates(tmp_path, logs):
     assert "The Kalman filter's position is off by" in said
     for words in (
         "Bitcraze Crazyflie 2.1 (crazyflie) on 2 flights",
-        "position after 0.5 s",
+        "position error after 0.5 s",
         "the better baseline",
         "(of 2 flights, the one whose position is predicted worst): measured, and predicted 0.1 s earlier",
         "Flights: B0_made, B1_made.",

@@ -226,7 +226,9 @@ def facts(compared: ErrorTable, period: float) -> list[markup.Fact]:
         error = FACTOR[group] * compared.means(AHEAD, group)[0]
         unit, factor = suited_unit(group, error)
         more = share(to_better_guess(compared, group), "the better baseline's error")
-        shown.append(markup.Fact(f"{group} after {in_time(AHEAD, period)}", number(factor * error) + unit_suffix(unit), more))
+        shown.append(
+            markup.Fact(f"{group} error after {in_time(AHEAD, period)}", number(factor * error) + unit_suffix(unit), more)
+        )
     return shown
 
 
