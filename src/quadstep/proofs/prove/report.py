@@ -1,6 +1,4 @@
-"""A verdict in words, its numbers with their units; and the report of a proof: the answer, flights beside what is proved of
-them, and what stayed open.
-"""
+"""A verdict in words, its numbers with their units; and the report of a proof."""
 
 from __future__ import annotations
 
@@ -117,14 +115,11 @@ CLOSING = markup.note(
 
 def write_report(path: Path, verdict: ProofVerdict) -> None:
     """Write it. Raises UserError."""
-    others = verdict.says[1:]
-    opened = [line for line in others if line.startswith("undecided: ")]
+    first, *others = map(sentence, verdict.says)
     shown, failed = ("The bounds", None) if verdict.kind is not VerdictKind.DISPROVED else ("In numbers", "disproved")
     table = TableSection(shown, "bounds", verdict.columns, verdict.rows)
     sections: list[Section] = [] if verdict.cards or not verdict.rows else [table]
-    if opened:
-        sections += [markup.heading("What is undecided", "undecided"), markup.listing(map(sentence, opened))]
-    sections += [markup.paragraph(sentence(line)) for line in others if line not in opened]
+    sections += map(markup.paragraph, others)
     if verdict.rows and not failed:
         sections.append(CLOSING)
     if verdict.written:
@@ -133,7 +128,6 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
         sections.append(markup.links([(quote(name), name)], said))
     if verdict.settings:
         sections.append(TableSection("How it was computed", "settings", ("", ""), verdict.settings))
-    first = sentence(verdict.says[0])
     with tempfile.TemporaryDirectory() as folder:
         for one in verdict.pictures:
             one.draw(Path(folder), Sheet(formats=("svg",)))
