@@ -127,6 +127,8 @@ def test_the_sentence_and_the_manifest_say_how_much_is_flyable(case):
     assert run.out.count("however large the error") == 0, "an error above 0.5 m is a failure here"
     assert panels[0]["flyable"] != panels[1]["flyable"]
     assert about(out)["axes"]["x"] == {"key": "path.duration", "values": [2.0, 3.0, 4.0, 5.0]}
+    flew = about(out)["mission"]["controller"]["type"]
+    assert flew == "backstepping", "though the file does not say so: else two maps would seem to differ in it"
     assert sorted(path.name for path in out.iterdir()) == about(out)["files"]
     assert {"envelope.png", "envelope.svg"} < set(about(out)["files"])
 

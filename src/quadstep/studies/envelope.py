@@ -171,7 +171,7 @@ def as_json(envelope: Envelope) -> dict[str, object]:
         },
         "vary": {key: one.model_dump(exclude_none=True) for key, one in file.vary.items() if key not in keys(asked)},
         "correlated": [one.model_dump(exclude_none=True) for one in file.correlated],
-        "mission": json.loads(json.dumps(asked.campaign.content, default=str)),
+        "mission": json.loads(json.dumps(asked.campaign.defaults, default=str)),
         "panels": [dict(zip((*MapPanel._fields[:-1], "rmse[m]"), one, strict=True)) for one in envelope.panels],
     }
 
