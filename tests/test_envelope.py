@@ -353,6 +353,8 @@ def test_whatever_flights_of_a_map_are_graded_the_answer_says_of_how_many_and_wh
                 (f"{name} in {count}" in (said[2] or "").lower()) == (count > 0)
                 for name, count in zip(names, counts, strict=True)
             )
+        crosses = f"Crosses: {len(bad)} of the {len(lacking)} flights that are graded."
+        assert (crosses in caption(found, linked=True)) == (flights == 1 and more > 0 < len(bad) < len(lacking)), told
         seen.add((len(lacking) == 1, bool(more), 0 if not bad else 2 if len(bad) == len(lacking) else 1))
     assert len(seen) == 10, seen
 

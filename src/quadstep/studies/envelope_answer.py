@@ -203,6 +203,8 @@ def caption(envelope: Envelope, linked: bool) -> str:
         lines.append(f"{look}: {units.counted(int((~seen).sum()), 'cell')} {few}.")
     if (struck := seen & ~cells.flyable).any() and cells.flyable.any():
         lines.append(f"Struck through: {units.counted(int(struck.sum()), 'cell')} in which {too_few(envelope.asked.flights)}.")
+    if cells.crossed and len(cells.lacking) < cells.successes.sum():
+        lines.append(f"Crosses: {len(cells.crossed)} of the {len(cells.lacking)} flights that are graded.")
     if linked:
         lines.append(f"Circles: click one to see {'a' if several else 'the'} flight of that cell.")
     return "\n".join(lines)
