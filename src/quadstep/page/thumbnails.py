@@ -77,7 +77,7 @@ PLOT = (
 """Of a panel: its letters and ticks, which are too small, are left out; lines keep their width however it is stretched."""
 
 AXES, BODY = re.compile('<svg data-axes="([^"]*)"'), re.compile(r"<svg [^>]*>(.*)</svg>", re.DOTALL)
-LARGEST_FIGURE, TOP = 4_000_000, 20.0
+LARGEST_FIGURE, TOP = 4_000_000, 24.0
 
 
 def first_panel(figure: io.BufferedReader) -> str:
@@ -100,7 +100,7 @@ def first_panel(figure: io.BufferedReader) -> str:
         return text
     return stamped(
         f'<svg class="plot" x="10" y="{TOP:g}" width="{WIDE - 20.0:g}" height="{HIGH - TOP - 22.0:g}" viewBox="{box}" '
-        f'preserveAspectRatio="none">{body}</svg><text x="10" y="14" {written(12)}>{above}</text>'
+        f'preserveAspectRatio="none">{body}</svg><text x="10" y="18" {written(12)}>{above}</text>'
         f'<text x="{WIDE - 10:g}" y="{HIGH - 6:g}" text-anchor="end" {written(12)}>{below}</text>'
     )
 
