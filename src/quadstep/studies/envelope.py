@@ -81,11 +81,12 @@ class Map(Study[Envelope]):
         )
 
     def lacking(self, envelope: Envelope, found: Mapping[int, FlownAgain]) -> dict[int, tuple[str, ...]]:
-        """`Cells.lacking`, of those found and, in a map of few flights that reach the end, of all; none judged by limits."""
+        """`Cells.lacking`, of those found and, with one flight a cell, of the worst; none judged by limits."""
         if self.campaign.file.failure:
             return {}
-        ended = np.flatnonzero(envelope.cells.successes).tolist() if self.asked.flights == 1 else []
-        more = [cell for cell in ended if cell not in found] if len(ended) <= MOST_GRADED else []
+        ended = np.flatnonzero(envelope.cells.successes if self.asked.flights == 1 else 0)
+        worst = ended[np.argsort(-envelope.cells.rmse.ravel()[ended], kind="stable")][:MOST_GRADED].tolist()
+        more = [cell for cell in worst if cell not in found]
         blocks = (more[at : at + AT_ONCE] for at in range(0, len(more), AT_ONCE))
         again = (pair for block in blocks for pair in zip(block, flown_again(self.campaign, block), strict=True))
         shown = ((flight, one.replay, one.log) for flight, one in chain(found.items(), again) if one.drawable)
@@ -111,7 +112,7 @@ class Map(Study[Envelope]):
         return one._replace(replay=one.replay._replace(mission=one.replay.mission.model_copy(update={"name": name})))
 
 
-MOST_GRADED, AT_ONCE = 300, 32  # flights that reach the end: of more, only those shown; so many logs in memory
+MOST_GRADED, AT_ONCE = 300, 32  # beside those shown; so many logs in memory
 
 MOST_WATCHED = 100
 """Cells whose flight can be seen."""

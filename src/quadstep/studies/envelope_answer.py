@@ -78,7 +78,7 @@ def as_commanded(envelope: Envelope) -> str:
         return ". No flight that reaches the end is among those graded"
     lack = Counter(itertools.chain(*lacking.values())).most_common()
     why = units.listed([f"{label} in {times}" if ended > 1 else label for label, times in lack])
-    none, shown = bad == ended, " flights shown" * bool(more)
+    none, shown = bad == ended, " graded flights" * bool(more)
     if ended == 1:
         said = f"the only one of the{shown or ' flights'} that reaches the end is{' not' * bad} as commanded"
     else:
