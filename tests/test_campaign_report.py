@@ -32,9 +32,9 @@ from quadstep.studies.campaign.sensitivity import ExplainedResult, Interaction, 
 from quadstep.studies.campaign.single_flight import replay_of
 from quadstep.studies.campaign.splits import in_common
 from quadstep.studies.campaign.store import opened
-from quadstep.studies.campaign.summary import WorstFlight, summarise
+from quadstep.studies.campaign.summary import WorstFlight, sentences, summarise, tallied
 from quadstep.studies.campaign.varied import Bins, VariedKey, variation_text, varied_keys
-from tests.campaigns import MASS, campaign, leftovers, manifest, rows, varying, written
+from tests.campaigns import MASS, NOISY, campaign, leftovers, manifest, rows, varying, written
 from tests.flights import METRICS
 from tests.pages import data_of, fly_page, needs_node
 
@@ -400,7 +400,10 @@ def test_a_pair_is_told_beside_the_shares_of_its_keys_and_no_share_is_told_twice
     alone = (
         "Together, vehicle mass and disturbance scale explain 20.0 [10.0, 30.0] % of failure beyond what each explains alone."
     )
-    assert said == ["Vehicle mass explains 40.0 [30.0, 50.0] % of the variance of failure.", alone]
+    explained = "Vehicle mass explains 40.0 [30.0, 50.0] % of the variance of failure."
+    assert said == [explained, alone]
+    first, *_ = key_text.ranking(campaign(tmp_path, MASS, NOISY), shares, {})
+    assert first.text == f"{explained} Nothing else varies but the noise."
 
 
 def test_the_worst_flights_say_from_when_their_errors_count_and_whether_they_succeeded(tmp_path):
@@ -579,14 +582,19 @@ def test_no_number_mixes_the_flights_with_the_values_of_a_choice_that_decides(tm
         return np.where(values["controller.nets.enabled"], 0.1, 0.4)[:, None] * np.ones((1, len(METRICS)))
 
     said = {"Nets decide.": ("controller.nets.enabled",)}
-    monkeypatch.setitem(
-        globals(), "summarise", lambda *of, plain=summarise: plain(*of)._replace(by="Nets decide.", findings=said)
-    )
+
+    def summarised(store, varies, plain=summarise):
+        flown = store.read()
+        on = flown["controller.nets.enabled"].to_numpy()
+        parts = {which: tallied(flown.filter(some), 0.025) for which, some in (("nets on", on), ("nets off", ~on))}
+        return plain(store, varies)._replace(by="Nets decide.", findings=said, parts=parts)
+
+    monkeypatch.setitem(globals(), "summarise", summarised)
     text, cells = reported(tmp_path, '"controller.nets.enabled" = {type="choice", values=[true, false]}\n', 2000, lost, made)
     drawn = rows(tmp_path / "out")
     off = ~np.array(drawn["controller.nets.enabled"])
     gone = int((np.array(drawn["outcome"]) != "completed").sum())
-    assert ["nets on", "completed, succeeded", str((~off).sum()), "100 [99.6, 100]"] == next(
+    assert ["nets on", "completed, succeeded", f"{(~off).sum():,}", "100 [99.6, 100]"] == next(
         [*row[:3], re.sub(r"100 \[99\.\d+, 100\]", "100 [99.6, 100]", row[3])] for row in cells if row and row[0] == "nets on"
     )
     assert ["nets off", "lost: off-path", str(gone), report_text.percent(share(gone, int(off.sum())))] in cells
@@ -594,6 +602,14 @@ def test_no_number_mixes_the_flights_with_the_values_of_a_choice_that_decides(tm
     assert "99th percentile of position RMSE" not in text or "percentile of position RMSE, nets on" in text
     plain = re.sub(r"\s+", " ", text)
     assert re.search(r"percentile of position RMSE, nets on 100 mm", plain)
+    assert "of all flights" not in plain and not (tmp_path / "out" / "figures" / "distributions.svg").exists()
+    paper = re.findall(r"^(\w.+?) & ", (tmp_path / "out" / "table.tex").read_text(), re.MULTILINE)
+    assert all(re.search(", nets (on|off)$", row) for row in paper)
+    assert "lost: off-path, nets off" in paper and "lost: off-path, nets on" not in paper
+    with opened(tmp_path / "out", read_campaign(tmp_path / "in" / "camp.toml"), 2000, "lanes", resume=True) as store:
+        lines = " ".join(sentences(summarised(store, True)))
+    assert f"Ended early with nets off: {gone} off-path." in lines and "Ended early with nets on" not in lines
+    assert f"Position RMSE of the {(~off).sum():,} completed flights with nets on: 50 % below 100 mm" in lines
     assert re.search(r"percentile of position RMSE, nets off 400 mm 95 % interval: [^;]*; of completed flights only", plain)
 
 

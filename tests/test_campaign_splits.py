@@ -12,7 +12,12 @@ from quadstep.studies.campaign.splits import findings, splits, unlikely
 from quadstep.studies.campaign.varied import VariedKey
 
 UNITS = {"vehicle.mass": "kg", "wind.mean.0": "m/s", "controller.nets.enabled": ""}
-PART = r"(?:: |, | to )(?:from )?([\d.]+ %) (.*?) \((\d+) flights\)"
+PART = r"(?:: |, | to )(?:from )?([\d.]+ %) (.*?) \(([\d,]+) flights\)"
+
+
+def whole(text):
+    """The number of flights that a text has."""
+    return int(text.replace(",", ""))
 
 
 def drawn(random, flights):
@@ -65,7 +70,7 @@ def test_the_counts_that_are_told_are_those_of_the_flights():
                     else inside(abs(mass - 1.0) if away else mass if key == "vehicle mass" else wind, text)
                 )
                 count = (part & where).sum()
-                assert (rate, int(size)) == (units.percent(1.0 - (failed & part & where).sum() / count), count), one
+                assert (rate, whole(size)) == (units.percent(1.0 - (failed & part & where).sum() / count), count), one
             fails = [100.0 - one for one in shares]
             assert key == "nets" or fails[0] >= 1.4 * fails[-1] or fails[0] >= 9.9 + fails[-1], (
                 "what hardly matters is not told"
@@ -91,13 +96,28 @@ def test_what_is_said_of_the_best_choice_is_counted_whatever_the_campaign():
         where = inside(wind, told[1]) if told else np.ones(len(nets), bool)
         parts = [best, other, best & where, other & where][: 4 if told else 2]
         rates = [(units.percent(1.0 - failed[some].mean()).replace("\N{NO-BREAK SPACE}", " "), some.sum()) for some in parts]
-        assert [(one, int(size)) for one, size in re.findall(r"([\d.]+ %) of (\d+)", said)] == rates
+        assert [(one, whole(size)) for one, size in re.findall(r"([\d.]+ %) of ([\d,]+)", said)] == rates
         assert failed[best].mean() <= failed[other].mean()
         if told:
             assert failed[best & where].mean() > failed[other & where].mean() + 0.03
             assert told[1] in more, "one range, told twice alike"
         seen.add((turn % 2, bool(told)))
     assert {(0, True), (1, False)} <= seen <= {(0, True), (0, False), (1, False)}
+
+
+def test_that_another_value_does_better_in_a_range_is_not_said_of_chance():
+    """The range is where most flights with nets fail, and so rather one in which they failed too often by chance."""
+    random = np.random.default_rng(8)
+    for likely, off, often in ((0.4, 0.4, False), (0.9, 0.2, True)):
+        told = 0
+        for _ in range(100):
+            columns = drawn(random, 3000)
+            nets, wind = columns["controller.nets.enabled"].values == 0, columns["wind.mean.0"].values > 9.0
+            failed = random.random(3000) < np.where(wind, np.where(nets, likely, off), np.where(nets, 0.0, 0.2))
+            said = findings(failed, {}, columns, UNITS)[0]
+            assert re.match(r"[\d.]+ % of [\d,]+ flights succeeded with nets on, ", said.replace("\N{NO-BREAK SPACE}", " "))
+            told += "But where" in said
+        assert told == 100 * often
 
 
 def test_a_finding_has_the_keys_that_it_is_of_also_where_the_words_of_one_key_are_in_those_of_another():
@@ -125,8 +145,8 @@ def test_a_key_that_is_worst_at_both_ends_is_told_by_its_distance_from_the_missi
     said = one.sentence.replace("\N{NO-BREAK SPACE}", " ")
     count = failed.sum()
     assert said == (
-        f"The success rate varies with how far vehicle mass is from 1 kg: 0 % at 0.12 kg or more ({count} flights), "
-        f"100 % below 0.12 kg ({2000 - count} flights)."
+        f"The success rate varies with how far vehicle mass is from 1 kg: 0 % at 0.12 kg or more ({count:,} flights), "
+        f"100 % below 0.12 kg ({2000 - count:,} flights)."
     )
     (one,) = splits(failed, columns, UNITS)
     assert [text.replace("\N{NO-BREAK SPACE}", " ") for *_, text in one.bands] == [
@@ -157,4 +177,4 @@ def test_another_key_is_told_beside_the_first_within_a_value_of_a_choice():
     ]
     good = units.percent(1.0 - failed.sum() / (nets == 1).sum())
     on, off = (nets == 0).sum(), (nets == 1).sum()
-    assert by == f"100 % of {on} flights succeeded with nets on, {good} of {off} with nets off."
+    assert by == f"100 % of {on:,} flights succeeded with nets on, {good} of {off:,} with nets off."

@@ -28,7 +28,8 @@ def ranking(
     if len(estimates) == 1 and lines:
         ((key, shares),) = estimates.items()
         parts = [f"{percent(one)} % of the variance of {name}" for name, one in shares.items()]
-        lines = [f"{words(key)[0].upper()}{words(key)[1:]} explains {units.listed(parts)}."]
+        rest = " Nothing else varies but the noise." * campaign.mission.noisy
+        lines = [f"{words(key)[0].upper()}{words(key)[1:]} explains {units.listed(parts)}.{rest}"]
     for name, (why, pair) in said.items():
         if why:
             lines.append(f"The causes of {name} are not analysed: {why}.")

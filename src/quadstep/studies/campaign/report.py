@@ -43,7 +43,7 @@ from quadstep.studies.campaign.sensitivity import (
 from quadstep.studies.campaign.single import MOST_POINTS, FlownAgain, draw_points, flown_again, others, write_flights
 from quadstep.studies.campaign.splits import few_values, values_of
 from quadstep.studies.campaign.store import Store
-from quadstep.studies.campaign.summary import CampaignSummary, answer, tallied
+from quadstep.studies.campaign.summary import CampaignSummary, answer
 from quadstep.studies.campaign.varied import VariedKey, bins
 from quadstep.studies.flight_report import errors_since
 
@@ -116,11 +116,8 @@ def evidence(of: ReportSubject) -> Evidence:
     judged = next(iter(limits), RMSE)
     metric = PlottedMetric(judged, np.where(through, number(of.store.read([judged])[judged]), np.nan), limits.get(judged))
     first, more = key_sections(of, rmse, success, metric)
-    apart = values_of(next(iter(summary.findings.values()))[0] if summary.by else None, of.columns, len(rmse))
-    parts = {which: tallied(flown.filter(pa.array(where)), summary.tail) for which, where in apart.items()}
-    parts = parts if summary.by else {"": summary}
-    told = [one for which, part in parts.items() for one in text.facts(part, which)]
-    ends = distribution_section(of, flown, parts)
+    told = [one for which, part in summary.each.items() for one in text.facts(part, which)]
+    ends = distribution_section(of, flown)
     errors = [figure("distributions", text.errors_seen(summary))] if (of.folder / "distributions.svg").is_file() else []
     sections = [
         *ends,
@@ -157,9 +154,9 @@ def number(column: pa.ChunkedArray) -> NDArray[np.float64]:
     return np.where(np.isfinite(values), values, np.nan)
 
 
-def distribution_section(of: ReportSubject, flown: pa.Table, parts: Mapping[str, CampaignSummary]) -> list[Section]:
-    """How the flights ended, and how far from the path they were. parts: by the choice that decides most, if one does."""
-    rows = {which: text.outcomes(part) for which, part in parts.items()}
+def distribution_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
+    """How the flights ended, and how far from the path they were; drawn only where no choice decides."""
+    rows = {which: text.outcomes(part) for which, part in of.summary.each.items()}
     body: list[Section] = [text.by_choice("How the flights ended", "outcomes", ("outcome", "flights", "share [%]"), rows)]
     limits, through = limits_of(of.campaign), over_as(flown, OUTCOMES[0])
     metrics = []
@@ -169,8 +166,9 @@ def distribution_section(of: ReportSubject, flown: pa.Table, parts: Mapping[str,
         metrics.append(PlottedMetric(name, values[np.isfinite(values)], limits.get(name)))
     metrics = [metric for metric in metrics if len(metric.values)]
     if metrics:
-        draw_distributions(of.folder / "distributions", metrics, of.summary.flights, of.sheet)
-        body.append(text.distributions(of.summary, parts))
+        if not of.summary.parts:
+            draw_distributions(of.folder / "distributions", metrics, of.summary.flights, of.sheet)
+        body.append(text.distributions(of.summary))
     return body
 
 
@@ -227,7 +225,7 @@ def key_sections(
     named = {key for about in findings.values() for key in about}
     body += key_text.ranking(campaign, ranking, {name: (one.sentence, one.pair) for name, one in found.items()})
     headline = next(iter(findings.values()))[0] if of.summary.by else ""
-    at_top = list(dict.fromkeys(about[0] for about in findings.values() if about[0] != headline))[:MOST_FIRST]
+    at_top = list(dict.fromkeys(about[0] for about in findings.values() if about[0] != headline))[:MOST_FIRST] or [headline]
     drawn: dict[str, PlottedKey] = {}
     shown: dict[str, Figure] = {}
     clear = {key for key in keys if key_text.ERROR in ranking[key] and certain(ranking[key][key_text.ERROR], len(ranking))}
@@ -272,7 +270,7 @@ def explained_failure(columns: Mapping[str, VariedKey], success: NDArray[np.bool
     good, flights = int(success.sum()), len(success)
     for count, what in ((flights - good, "failed"), (good, "succeeded")):
         if count < FEWEST_EITHER:
-            return RankedKeys({}, None, f"too few flights {what} ({count} of {flights})")
+            return RankedKeys({}, None, f"too few flights {what} ({count:,} of {flights:,})")
     return explained(ExplainedResult((~success).astype(float)), {key: one.parts for key, one in columns.items()}, campaign)
 
 

@@ -56,7 +56,7 @@ def opening(store: Store, campaign: Campaign, summary: CampaignSummary, path: Pa
     rows = [
         ("campaign", f"{file.name}, {path}"),
         ("mission", f"{campaign.content.get('name', 'Flight')}, {campaign.source}"),
-        ("flights", str(summary.flights)),
+        ("flights", f"{summary.flights:,}"),
         ("a flight fails", campaign.failing),
         ("seed, precision, engine", f"{file.seed}, {file.precision}, {manifest.get('engine')}"),
         ("error sampled every", f"{file.score_period:g} s" if file.score_period else "log period of the mission"),
@@ -105,7 +105,7 @@ def by_choice(title: str, name: str, header: Sequence[str], rows: Mapping[str, S
 def outcomes(summary: CampaignSummary) -> list[tuple[str, ...]]:
     """Every outcome with its exact interval; without it where nothing is statistical."""
     some = ended(summary).items()
-    return [(what, str(count), percent(share_of(summary, count)) if summary.statistical else "–") for what, count in some]
+    return [(what, f"{count:,}", percent(share_of(summary, count)) if summary.statistical else "–") for what, count in some]
 
 
 def of_key(findings: Mapping[str, tuple[str, ...]], key: str) -> list[str]:
@@ -121,27 +121,28 @@ def share_of(summary: CampaignSummary, count: int) -> Estimate:
 
 def for_a_paper(summary: CampaignSummary, name: str) -> str:
     """Outcomes and quantiles as a LaTeX table; without intervals where nothing is statistical."""
-    shares = {what: share_of(summary, count) for what, count in ended(summary).items()}
-    ends = [
-        (what, "", units.percent(*one) if summary.statistical else str(ended(summary)[what])) for what, one in shares.items()
-    ]
-    comment = f"{name}: {units.counted(summary.flights, 'flight')}{', 95 % intervals' if summary.statistical else ''}"
-    return booktabs(("", "share below", "value" if summary.statistical else "flights"), [ends, quantiles(summary)], [comment])
+    sure, groups = summary.statistical, list[list[tuple[str, ...]]]()
+    for which, part in summary.each.items():
+        counts = ended(part).items()
+        ends = [(what, "", units.percent(*share_of(part, count)) if sure else f"{count:,}") for what, count in counts]
+        groups += [[(", ".join(filter(None, (what, which))), *row) for what, *row in rows] for rows in (ends, quantiles(part))]
+    comment = f"{name}: {units.counted(summary.flights, 'flight')}{', 95 % intervals' * sure}"
+    return booktabs(("", "share below", "value" if sure else "flights"), groups, [comment])
 
 
 def percent(one: Estimate) -> str:
     return units.percent(*one).removesuffix(" %")
 
 
-def distributions(summary: CampaignSummary, parts: Mapping[str, CampaignSummary]) -> TableSection:
-    """The quantiles as a table; the medians where nothing is statistical. parts: of the flights."""
+def distributions(summary: CampaignSummary) -> TableSection:
+    """The quantiles as a table; the medians where nothing is statistical."""
     title = "Distance from the path", "distributions"
     if not summary.statistical:
         return TableSection(
             *title, ("of completed flights", "value"), [(one.what, one.value) for one in medians_only(summary)]
         )
     header = "of completed flights", "share below", "value with its 95 % interval"
-    return by_choice(*title, header, {which: quantiles(part) for which, part in parts.items()})
+    return by_choice(*title, header, {which: quantiles(part) for which, part in summary.each.items()})
 
 
 def quantiles(summary: CampaignSummary) -> list[tuple[str, str, str]]:
@@ -160,7 +161,7 @@ def from_the_start(largest: NDArray[np.float64], offsets: NDArray[np.float64], c
     count = int(((offsets > 0.0) & np.isclose(largest, offsets, rtol=1e-6, atol=0.0)).sum())
     if 2 * count <= len(largest):
         return ""
-    said = f"In {count} of {units.counted(len(largest), 'completed flight')} the largest error is the one at the start"
+    said = f"In {count:,} of {units.counted(len(largest), 'completed flight')} the largest error is the one at the start"
     said += ", which is off the path."
     return f"{said} Set `score_from` in the mission to leave the first seconds out." if can_leave_out else said
 

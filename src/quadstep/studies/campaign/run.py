@@ -12,9 +12,11 @@ from itertools import count
 from pathlib import Path
 from typing import NamedTuple
 
+import pyarrow as pa
 import pyarrow.compute as pc
 
 from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
+from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.io.errors import UserError, number_in
 from quadstep.io.run_record import read_manifest
 from quadstep.metrics.statistics import LEVEL, TAIL, Estimate, exact_share, incomplete_beta
@@ -24,13 +26,13 @@ from quadstep.report.progress import SILENT, Count, Progress
 from quadstep.report.screen import command
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign import MOST_FLIGHTS
-from quadstep.studies.campaign.flyer import SUCCESS, Fly
+from quadstep.studies.campaign.flyer import OUTCOME, SUCCESS, Fly
 from quadstep.studies.campaign.manifest import MANIFEST, CampaignManifest
 from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.schema import Campaign, read_campaign
-from quadstep.studies.campaign.splits import failures_go_with
+from quadstep.studies.campaign.splits import failures_go_with, values_of
 from quadstep.studies.campaign.store import Store, opened
-from quadstep.studies.campaign.summary import CampaignSummary, as_json, summarise
+from quadstep.studies.campaign.summary import CampaignSummary, as_json, summarise, tallied
 from quadstep.studies.campaign.varied import varied_keys
 
 
@@ -85,6 +87,10 @@ def finish(
     summary = summarise(store, campaign.varies, grading, campaign.singly, grid, is_random(campaign), tail)
     columns = varied_keys(store, campaign.file)
     by, found = failures_go_with(store, campaign, columns) if summary.statistical else ("", {})
+    if by:
+        flown = store.read([OUTCOME, RMSE, LARGEST, SUCCESS])
+        apart = values_of(next(iter(found.values()))[0], columns, flown.num_rows)
+        summary = summary._replace(parts={one: tallied(flown.filter(pa.array(some)), tail) for one, some in apart.items()})
     summary = summary._replace(meaning=campaign.meaning, decision=decision, findings=found, by=by)
     write_report(store, campaign, summary, request.path, columns, request.sheet)
     store.save(complete=True, summary=as_json(summary))
@@ -213,7 +219,7 @@ def decision(target: float, looks: Sequence[LookResult]) -> str:
     else:
         said = f"Not met: {target:g} of the flights or more fail." if last.rate.low >= target else "Not decided."
     return (
-        f"{said} {last.failures} of {last.look.flights} flights failed: a probability from {last.rate.low:.3g} to "
+        f"{said} {last.failures:,} of {last.look.flights:,} flights failed: a probability from {last.rate.low:.3g} to "
         f"{last.rate.high:.3g}, with 95 % confidence over all looks (this was number {len(looks)})."
     )
 
@@ -231,11 +237,11 @@ def following(decided: DecidedRun, file: Path) -> list[str]:
         return [f"No further look is possible; a campaign has at most {MOST_FLIGHTS:.3g} flights."]
     if expected > more.failures:
         return [
-            f"Next: the following look, at {more.flights} flights, allows {more.failures} failures; at the rate so "
-            f"far expect {expected:.0f}, so success is unlikely. The report shows what failures depend on."
+            f"Next: the following look, at {more.flights:,} flights, allows {more.failures:,} failures; at the rate so "
+            f"far expect {expected:,.0f}, so success is unlikely. The report shows what failures depend on."
         ]
     again = command("campaign", file, "--resume", "--until", f"{target:g}", "--flights", more.flights)
-    return [f"Next: {again}, which succeeds if no more than {more.failures} flights fail; expect {expected:.0f}."]
+    return [f"Next: {again}, which succeeds if no more than {more.failures:,} flights fail; expect {expected:,.0f}."]
 
 
 def decided_as_json(decided: DecidedRun) -> dict[str, object]:

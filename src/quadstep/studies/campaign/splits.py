@@ -15,7 +15,7 @@ import numpy as np
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from quadstep.metrics.statistics import LEVEL, Estimate, share
+from quadstep.metrics.statistics import LEVEL
 from quadstep.mission.fields import unit, words
 from quadstep.report import units
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS
@@ -60,11 +60,19 @@ class KeyOrder(NamedTuple):
         return f"at {self.ends[low - 1]} to {self.ends[high - 1]}{self.unit}"
 
 
+class WorstRange(NamedTuple):
+    """The flights, of all, of the range in which most fail. needed: `cost` of it among all ranges."""
+
+    flights: Flights
+    text: str
+    needed: float
+
+
 class Split(NamedTuple):
     """Flights by a key. bands: failures and flights of each range or value, and what it is called; score: how much better they
     explain who fails than one share does, less what chance may do; above 0 where they differ by more than chance. within: the
     choice and the one of its values with which these flights are; none for all flights. choice: whether the bands are values.
-    about: the value from which distances are the bands. worst: the flights, of all, of the range in which most fail.
+    about: the value from which distances are the bands.
     """
 
     key: str
@@ -73,13 +81,13 @@ class Split(NamedTuple):
     within: tuple[str, ...] = ()
     choice: bool = False
     about: str = ""
-    worst: tuple[Flights, str] | None = None
+    worst: WorstRange | None = None
 
     @property
     def sentence(self) -> str:
         """How large a share of each band succeeds, the least first; only of the first and the last where there are many."""
         bands = sorted(self.bands, key=lambda one: -one[0] / one[1])
-        said = [f"{units.percent(1.0 - hit / size)} {text} ({size} flights)" for hit, size, text in bands]
+        said = [f"{units.percent(1.0 - hit / size)} {text} ({size:,} flights)" for hit, size, text in bands]
         if len(said) > BANDS:
             said = [f"from {said[0]} to {said[-1]}"]
         begin = f"With {with_option(*self.within)}, the" if self.within else "The"
@@ -93,25 +101,23 @@ class Split(NamedTuple):
         return max(shares) < min(1.5 * min(shares), 0.1 + min(shares))
 
     def successes(self, failed: Flights, values: Sequence[str], places: NDArray[np.float64], inner: Sequence["Split"]) -> str:
-        """Of each value of a choice the share of flights that succeed, and where the best one's is lower than another's by
-        more than either's interval; nothing where there are many values. places: of each flight's value; inner: within these.
+        """Of each value of a choice the share of flights that succeed, and where the best one's is lower than another's,
+        whatever range was tried; nothing where there are many values. places: of each flight's value; inner: within these.
         """
         if not self.choice or len(self.bands) > BANDS:
             return ""
 
-        def rates(found: Sequence[tuple[Estimate, int, str]]) -> str:
-            return ", ".join(f"{units.percent(good.value)} of {size} {text}" for good, size, text in found)
+        def rates(found: Sequence[tuple[int, int, str]]) -> str:
+            return ", ".join(f"{units.percent(1.0 - hit / size)} of {size:,} {text}" for hit, size, text in found)
 
-        best = sorted((share(size - hit, size), size, text) for hit, size, text in self.bands)[::-1]
+        best = sorted(self.bands, key=lambda one: one[0] / one[1])
         said = rates(best).replace(" with", " flights succeeded with", 1)
-        for where, range_text in (
-            one.worst for one in inner if one.worst and f"with {with_option(*one.within)}" == best[0][2]
-        ):
-            parts = {f"with {with_option(self.key, value)}": where & (places == i) for i, value in enumerate(values)}
-            sizes = [(size, text, parts[text]) for *_, text in best if (size := int(parts[text].sum()))]
-            there = [(share(int((some & ~failed).sum()), size), size, text) for size, text, some in sizes]
-            if there[0][0].high < max(there)[0].value and there[0][0].value < max(there)[0].low:
-                return f"{said}. But where {range_text}, the rates are {rates(there)}."
+        for worst in (one.worst for one in inner if one.worst and f"with {with_option(*one.within)}" == best[0][2]):
+            parts = {f"with {with_option(self.key, value)}": worst.flights & (places == i) for i, value in enumerate(values)}
+            there = [(int((failed & parts[text]).sum()), size, text) for *_, text in best if (size := int(parts[text].sum()))]
+            (hit, size, _), (least, of, _) = there[0], min(there, key=lambda one: one[0] / one[1])
+            if unlikely(hit, size, hit + least, size + of) > worst.needed + math.log(len(values)):
+                return f"{said}. But where {worst.text}, the rates are {rates(there)}."
         return f"{said}."
 
 
@@ -246,7 +252,7 @@ def split(failed: Flights, where: Flights, scale: KeyOrder, tried: int) -> Split
     if score:
         low, high = max(itertools.pairwise(ends), key=lambda one: (h[one[1]] - h[one[0]]) / (n[one[1]] - n[one[0]]))
         text = f"the {words(scale.key)} is {scale.range_text(low, high).removeprefix('at ')}{f' from {about}' * bool(about)}"
-        worst = (scale.places >= low) & (scale.places < high), text
+        worst = WorstRange((scale.places >= low) & (scale.places < high), text, cost(tried * size))
     return Split(scale.key, bands, score, about=about, worst=worst)
 
 
@@ -313,7 +319,7 @@ def in_common(kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], un
         least = min(found, key=lambda one: int(one.flights.sum()), default=Common(np.ones(flights, bool), "", ""))
         share_of_all = float(least.flights.mean())
         if count >= FEWEST and share_of_all <= MOST and tests * share_of_all**count < 1.0 - LEVEL:
-            said[f"All {count} {kind} are among the {least.flights.sum()} with {least.text}."] = least
+            said[f"All {count:,} {kind} are among the {least.flights.sum():,} with {least.text}."] = least
     return said
 
 

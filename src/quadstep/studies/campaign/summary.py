@@ -24,14 +24,14 @@ FEWEST = 20
 
 FEW = "too few flights for a 95 % interval"
 
-COPIES = "Its {} flights do not differ, so there are no statistics."
+COPIES = "Its {:,} flights do not differ, so there are no statistics."
 """Of a campaign of copies of one flight, whatever varies: wind, say, on a vehicle without drag."""
 
-POINTS = "Its {} flights are {} of a grid, without noise, so there are no statistics."
+POINTS = "Its {:,} flights are {} of a grid, without noise, so there are no statistics."
 """Of a campaign in which nothing is drawn at random."""
 
-FIRST = "Its {} flights are only the first of a grid of {} points, so there are no statistics."
-ROUNDS = "Its {} flights do not cover its grid of {} points evenly, so there are no statistics."
+FIRST = "Its {:,} flights are only the first of a grid of {:,} points, so there are no statistics."
+ROUNDS = "Its {:,} flights do not cover its grid of {:,} points evenly, so there are no statistics."
 """Of a campaign that flies some points of its grid more often than others."""
 
 SINGLE = "It is a single flight, which gives no success rate."
@@ -62,8 +62,8 @@ class CampaignSummary(NamedTuple):
     nothing of them is drawn at random; 0 where something is. uneven: points of its grid, where it does not fly all of them
     equally often; else 0. singly: keys because of which each flight was set up by itself.
     meaning: as `Campaign` has it. decision: what `--until` has shown of the flights, a sentence. findings: what failures go
-    with, and the keys that each names; by: `successes` of the first. tail: the chance that an interval misses the truth on
-    either side.
+    with, and the keys that each names; by: `successes` of the first; parts: the flights with each of its values, if it is
+    said. tail: the chance that an interval misses the truth on either side.
     """
 
     flights: int
@@ -80,7 +80,13 @@ class CampaignSummary(NamedTuple):
     decision: str = ""
     findings: Mapping[str, tuple[str, ...]] = {}
     by: str = ""
+    parts: Mapping[str, "CampaignSummary"] = {}
     tail: float = TAIL
+
+    @property
+    def each(self) -> Mapping[str, "CampaignSummary"]:
+        """The parts, by what they are with, or all flights."""
+        return self.parts or {"": self}
 
     @property
     def statistical(self) -> bool:
@@ -168,7 +174,7 @@ def answer(summary: CampaignSummary) -> str:
     if summary.flights == 1:
         said = f"The only flight {'succeeded' if summary.success.value else 'failed'}"
     elif summary.success.value == 1.0:
-        said = f"All {summary.flights} flights succeeded"
+        said = f"All {summary.flights:,} flights succeeded"
     else:
         said = f"{units.percent(summary.success.value)} of {units.counted(summary.flights, 'flight')} succeeded"
     more = f" (95 % interval {within(*summary.success[1:])})." if summary.statistical else f". {summary.why_not}"
@@ -178,16 +184,18 @@ def answer(summary: CampaignSummary) -> str:
 def sentences(summary: CampaignSummary) -> list[str]:
     """The answer for the terminal, and what failures go with, which the answer may say already of the first key."""
     lines = [answer(summary), *list(summary.findings)[bool(summary.by) :]]
-    lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
-    if lost:
-        lines.append(f"Ended early: {lost}.")
-    for spread in summary.spreads[:1]:  # the largest error may be the start's own
-        words, unit = units.metric(spread.metric)
-        parts = [f"{100 * q:g} % below {units.quantity(e.value, unit)}" for q, e in spread.quantiles.items()]
-        if summary.copies or spread.flights == 1:
-            parts = [units.quantity(spread.quantiles[QUANTILES[0]].value, unit)]
-        whose = "the completed flight" if spread.flights == 1 else f"the {spread.flights} completed flights"
-        lines.append(f"{words[0].upper()}{words[1:]} of {whose}: {'; '.join(parts)}.")
+    for which, part in summary.each.items():
+        having = f" with {which}" * bool(which)
+        lost = ", ".join(f"{count:,} {name}" for name, count in sorted(part.outcomes.items()) if name != OUTCOMES[0])
+        if lost:
+            lines.append(f"Ended early{having}: {lost}.")
+        for spread in part.spreads[:1]:  # the largest error may be the start's own
+            words, unit = units.metric(spread.metric)
+            told = [f"{100 * q:g} % below {units.quantity(e.value, unit)}" for q, e in spread.quantiles.items()]
+            if summary.copies or spread.flights == 1:
+                told = [units.quantity(spread.quantiles[QUANTILES[0]].value, unit)]
+            whose = "the completed flight" if spread.flights == 1 else f"the {spread.flights:,} completed flights"
+            lines.append(f"{words[0].upper()}{words[1:]} of {whose}{having}: {'; '.join(told)}.")
     return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]  # which pages have between number and unit
 
 
