@@ -178,6 +178,8 @@ def test_values_of_a_choice_are_told_apart_numbers_in_order_others_by_frequency(
     found = varied(column(['{"type": "pid"}', '{"type": "lqr"}', '{"type": "lqr"}']), choice)
     assert (found.options, found.values.tolist()) == (("lqr", "pid"), [1, 0, 0])
     assert not found.parts.ordered
+    nets = ['{"type": "backstepping"}', '{"nets": {"enabled": false}, "type": "backstepping"}']
+    assert varied(column(nets), choice).options == ("plain", "nets enabled = off")
 
 
 def test_a_key_of_very_many_values_is_looked_at_in_ranges_or_with_the_rare_ones_together():

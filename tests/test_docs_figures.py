@@ -40,7 +40,8 @@ def printed(case: str, method: Method) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("case", "method"), [(case, method) for method in (Method.SUBSET, Method.CROSS_ENTROPY) for case in (*KNOWN, *FLOWN)]
+    ("case", "method"),
+    [*((case, Method.SUBSET) for case in KNOWN), *((case, Method.CROSS_ENTROPY) for case in (*KNOWN, *FLOWN))],
 )
 def test_the_cases_are_as_measured(case, method):
     lines = re.findall(rf"\| {case} \|(.*?)\|\n", (DOCS / "rare.md").read_text(encoding="utf-8"))
@@ -63,10 +64,10 @@ def test_how_often_the_intervals_held():
     saved = sorted(round(float(printed(case, Method.CROSS_ENTROPY)[9])) for case in FLOWN)
     said = f"{saved[0]} times as many flights in `gusts`, where failure depends on the noise, {saved[1]} to {saved[-1]}"
     assert said in page("rare.md")
-    held = [share_held(case, Method.SUBSET) for case in (*KNOWN, *FLOWN)]
+    held = [share_held(case, Method.SUBSET) for case in KNOWN]
     assert f"in {min(held)} to {max(held)} % with subset simulation" in page("certain.md")
     assert min(held) >= 90
-    assert "subset simulation all ten cases reach a coverage of 90 %" in page("rare.md")
+    assert "subset simulation all five cases reach a coverage of 90 %" in page("rare.md")
 
 
 @needs(CORTEX_M, CORTEX_M_12)

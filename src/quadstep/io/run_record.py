@@ -89,13 +89,16 @@ class RunRecord:
             self.manifest["files"] = names
 
 
-def read_manifest(path: Path, schema: type[BaseModel]) -> dict[str, Any] | None:
-    """A manifest, or None where there is no such file. Raises UserError for one that cannot be read."""
+def read_manifest(path: Path, schema: type[BaseModel], overwrite: bool = False) -> dict[str, Any] | None:
+    """A manifest, or None where there is no such file. overwrite: any version's will do, if it is as it was written. Raises
+    UserError for one that cannot be read.
+    """
     if not os.path.lexists(path):
         return None
     try:
         content = read_sealed(path)
-        schema.model_validate(content)
+        if not (overwrite and SEAL in content):
+            schema.model_validate(content)
     except UserError as error:
         raise UserError(f"{error}; choose another --out") from None
     except ValidationError:
@@ -136,7 +139,7 @@ def prepared(
 ) -> tuple[R, bool]:  # fmt: skip
     """The record in a folder that is locked, not yet saved where it is new; and whether it is resumed."""
     folder = inside.path
-    manifest = read_manifest(folder / kind.NAME, kind.SCHEMA)
+    manifest = read_manifest(folder / kind.NAME, kind.SCHEMA, overwrite)
     inside.sweep(*kind.INNER)
     if manifest is None:
         if resume:
@@ -147,7 +150,11 @@ def prepared(
             raise UserError(f"{folder}: contains other files ({min(strange)}); choose another --out")
     else:
         record = kind(inside, manifest)
-        reasons = [*changed(manifest), *([] if SEAL in manifest else ["its manifest has changed"])]
+        reasons = (
+            []
+            if overwrite and not resume
+            else [*changed(manifest), *([] if SEAL in manifest else ["its manifest has changed"])]
+        )
         if resume:
             if reasons:
                 raise UserError(

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib import rcParams
@@ -21,10 +21,6 @@ from quadstep.studies.campaign.varied import Bins, spans_decades
 Numbers = NDArray[np.float64]
 
 LINE, LIMIT = CURVES[0], COLOURS["vermillion"]
-FILL: dict[str, Any] = {"color": LINE, "alpha": 0.35}
-PLACES = 60
-"""Most bars of a histogram."""
-
 NEAR, ROOM = 3.0, 0.3
 """Times the largest value, up to which a limit is drawn among the values; share of the width that half of its name takes."""
 
@@ -45,65 +41,44 @@ class PlottedMetric(NamedTuple):
 
 
 def draw_distributions(path: Path, metrics: Sequence[PlottedMetric], flights: int, sheet: Sheet = SCREEN) -> None:
-    """Above, a histogram of each metric; below, the share of all flights that are worse, including those that ended early."""
+    """The share of all flights whose metric is larger; those that ended early count as larger."""
     columns = sheet.side_by_side(len(metrics), 2.2)
     rows, width = -(-len(metrics) // columns), COLUMN if columns > 1 else PHONE
-    sides = 0.75 / width, 0.5 / rows / 4.4, 0.985, 1.0 - 0.28 / rows / 4.4, 0.32, 0.1
-    with figure_at(path, sheet, (width, 4.4 * rows, 4.0 * rows), *sides) as figure:
-        grid = figure.subplots(2 * rows, columns, squeeze=False)
-        pairs = [(grid[2 * row, column], grid[2 * row + 1, column]) for row in range(rows) for column in range(columns)]
-        for place, (above, below) in enumerate(pairs):
-            if place >= len(metrics):
-                above.set_axis_off()
-                below.set_axis_off()
-                continue
-            above.sharex(below)
-            above.tick_params(labelbottom=False)
-            draw_metric(above, below, metrics[place], flights)
-            above.set_ylabel("completed flights")
-            below.set_ylabel("share worse")
+    sides = 0.75 / width, 0.2 / rows, 0.985, 1.0 - 0.12 / rows, 0.32, 0.35
+    with figure_at(path, sheet, (width, 2.4 * rows, 2.2 * rows), *sides) as figure:
+        for place, axes in enumerate(figure.subplots(rows, columns, squeeze=False).ravel()):
+            axes.set_visible(place < len(metrics))
+            if place < len(metrics):
+                draw_metric(axes, metrics[place], flights)
 
 
-def draw_metric(above: Axes, below: Axes, metric: PlottedMetric, flights: int) -> None:
-    """One column of `draw_distributions`, in a unit that suits it."""
+def draw_metric(axes: Axes, metric: PlottedMetric, flights: int) -> None:
+    """One panel of `draw_distributions`, in a unit that suits it."""
     words, known = units.metric(metric.name)
     unit, factor = units.handy(known, float(metric.values.max()))
     limit = None if metric.limit is None else factor * metric.limit
     ordered = factor * np.sort(metric.values)
-    count = len(ordered)
-    low, high = float(ordered[0]), float(ordered[-1])
-    places = min(PLACES, int(4.0 * count ** (1.0 / 3.0)))
-    log = spans_decades(max(low, float(ordered[count // 1000])), high)
-    if log:
-        low = low if low > 0.0 else float(ordered[ordered > 0.0][0])
-        edges = np.geomspace(low, high, places + 1)
-    else:
-        margin = 0.05 * abs(low) or 0.05 if high - low <= 1e-9 * abs(high) else 0.0
-        edges = np.linspace(low - margin, high + margin, places + 1)
-    counts, edges = np.histogram(np.clip(ordered, edges[0], edges[-1]), edges)
-    above.stairs(counts, edges, fill=True, **FILL)
-    above.stairs(counts, edges, color=LINE, linewidth=0.8)
-    above.set_ylim(bottom=0.0)
-    above.yaxis.set_major_locator(MaxNLocator(5, integer=True))
+    count, high = len(ordered), float(ordered[-1])
     rank = np.unique(np.concatenate([np.linspace(0, count - 1, POINTS), count - np.geomspace(1, count, POINTS)]).astype(int))
-    below.step(ordered[rank], (flights - rank) / flights, color=LINE, linewidth=1.2, where="post")
+    axes.step(ordered[rank], (flights - rank) / flights, color=LINE, linewidth=1.2, where="post")
     lost = (flights - count) / flights
-    below.set_ylim(0.3 * lost if lost else 0.5 / flights, 1.5)
-    logarithmic(below, "y")
+    axes.set_ylim(0.3 * lost if lost else 0.5 / flights, 1.5)
+    axes.set_ylabel("share of flights with more")
+    logarithmic(axes, "y")
     if lost:
-        below.axhline(lost, color="0.45", linestyle=":", linewidth=1.6)
+        axes.axhline(lost, color="0.45", linestyle=":", linewidth=1.6)
         side = "bottom" if lost < 0.3 else "top"
-        below.text(0.01, lost, "ended early", transform=below.get_yaxis_transform(), va=side)
-    for axes in (above, below):
-        if log:
-            logarithmic(axes)
-        if limit is not None and limit <= NEAR * high:
-            axes.axvline(limit, color=LIMIT, linestyle="--", linewidth=1.4)
+        axes.text(0.01, lost, "ended early", transform=axes.get_yaxis_transform(), va=side)
+    if spans_decades(max(float(ordered[0]), float(ordered[count // 1000])), high):
+        logarithmic(axes)
+    else:
+        axes.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
     if metric.limit is not None and limit is not None:
-        mark_limit(above, f"limit {units.quantity(metric.limit, known)}", limit, limit <= NEAR * high)
-    if not log:
-        below.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
-    below.set_xlabel(words if unit == "-" else f"{words} [{unit}]")
+        seen = limit <= NEAR * high
+        if seen:
+            axes.axvline(limit, color=LIMIT, linestyle="--", linewidth=1.4)
+        mark_limit(axes, f"limit {units.quantity(metric.limit, known)}", limit, seen)
+    axes.set_xlabel(words if unit == "-" else f"{words} [{unit}]")
 
 
 def mark_limit(axes: Axes, said: str, limit: float, seen: bool) -> None:

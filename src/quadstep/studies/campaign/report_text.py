@@ -92,7 +92,7 @@ def ended(summary: CampaignSummary) -> dict[str, int]:
 def errors_seen(summary: CampaignSummary) -> str:
     """What the figure of the errors shows."""
     early = ", lost ones included," * bool(summary.outcomes.keys() - {OUTCOMES[0]})
-    return f"Above: how many flights completed with which error. Below: the share of all flights{early} with a larger error."
+    return f"The share of all flights{early} with a larger error."
 
 
 def by_choice(title: str, name: str, header: Sequence[str], rows: Mapping[str, Sequence[tuple[str, ...]]]) -> TableSection:

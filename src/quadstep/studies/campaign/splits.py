@@ -60,19 +60,12 @@ class KeyOrder(NamedTuple):
         return f"at {self.ends[low - 1]} to {self.ends[high - 1]}{self.unit}"
 
 
-class WorstRange(NamedTuple):
-    """The flights, of all, of the range in which most fail. needed: `cost` of it among all ranges."""
-
-    flights: Flights
-    text: str
-    needed: float
-
-
 class Split(NamedTuple):
     """Flights by a key. bands: failures and flights of each range or value, and what it is called; score: how much better they
     explain who fails than one share does, less what chance may do; above 0 where they differ by more than chance. within: the
     choice and the one of its values with which these flights are; none for all flights. choice: whether the bands are values.
-    about: the value from which distances are the bands.
+    about: the value from which distances are the bands. worst: the flights, of all, of the range in which most fail; what it
+    is called; and `cost` among all ranges.
     """
 
     key: str
@@ -81,7 +74,7 @@ class Split(NamedTuple):
     within: tuple[str, ...] = ()
     choice: bool = False
     about: str = ""
-    worst: WorstRange | None = None
+    worst: tuple[Flights, str, float] | None = None
 
     @property
     def sentence(self) -> str:
@@ -112,12 +105,13 @@ class Split(NamedTuple):
 
         best = sorted(self.bands, key=lambda one: one[0] / one[1])
         said = rates(best).replace(" with", " flights succeeded with", 1)
-        for worst in (one.worst for one in inner if one.worst and f"with {with_option(*one.within)}" == best[0][2]):
-            parts = {f"with {with_option(self.key, value)}": worst.flights & (places == i) for i, value in enumerate(values)}
+        worst = [one.worst for one in inner if one.worst and f"with {with_option(*one.within)}" == best[0][2]]
+        for where, range_text, needed in worst:
+            parts = {f"with {with_option(self.key, value)}": where & (places == i) for i, value in enumerate(values)}
             there = [(int((failed & parts[text]).sum()), size, text) for *_, text in best if (size := int(parts[text].sum()))]
             (hit, size, _), (least, of, _) = there[0], min(there, key=lambda one: one[0] / one[1])
-            if unlikely(hit, size, hit + least, size + of) > worst.needed + math.log(len(values)):
-                return f"{said}. But where {worst.text}, the rates are {rates(there)}."
+            if unlikely(hit, size, hit + least, size + of) > needed + math.log(len(values)):
+                return f"{said}. But where {range_text}, the rates are {rates(there)}."
         return f"{said}."
 
 
@@ -252,7 +246,7 @@ def split(failed: Flights, where: Flights, scale: KeyOrder, tried: int) -> Split
     if score:
         low, high = max(itertools.pairwise(ends), key=lambda one: (h[one[1]] - h[one[0]]) / (n[one[1]] - n[one[0]]))
         text = f"the {words(scale.key)} is {scale.range_text(low, high).removeprefix('at ')}{f' from {about}' * bool(about)}"
-        worst = WorstRange((scale.places >= low) & (scale.places < high), text, cost(tried * size))
+        worst = (scale.places >= low) & (scale.places < high), text, cost(tried * size)
     return Split(scale.key, bands, score, about=about, worst=worst)
 
 

@@ -83,14 +83,14 @@ def numbers(column: pa.ChunkedArray) -> VariedKey:
 
 
 def texts_of(values: Sequence[object]) -> list[str]:
-    """The values of a column for an axis; for tables, only the entries in which they differ."""
+    """The values of a column for an axis; for tables, only the entries in which they differ, or that there is none."""
     tables = [leaves(read_back(value)) for value in values]
     common = set.intersection(*({(name, repr(one)) for name, one in table.items()} for table in tables))
     if len(values) > 1:
         tables = [{name: one for name, one in table.items() if (name, repr(one)) not in common} for table in tables]
     if set().union(*tables) <= {"", "type"}:
-        return [", ".join(map(text_of, table.values())) or "as all" for table in tables]
-    return [text_of(table) for table in tables]
+        return [", ".join(map(text_of, table.values())) or "plain" for table in tables]
+    return [text_of(table) or "plain" for table in tables]
 
 
 def read_back(value: object) -> object:

@@ -36,15 +36,16 @@ class Level(NamedTuple):
 
 
 class Replicate(NamedTuple):
-    """A replicate. probability: 0 if no failure was reached. crude: flights drawn as the campaign draws, and how many of them
-    failed. failures: some flights that failed.
+    """A replicate. probability: 0 if no failure was reached. crude: flights drawn as the campaign draws, and which of them
+    failed. failures: some flights that failed. weights: their parts of the probability.
     """
 
     probability: float
     crude: int
-    crude_failures: int
+    crude_failures: Points
     levels: tuple[Level, ...]
     failures: Points
+    weights: Floats
 
 
 def beyond(scores: Floats, share: float) -> float:
@@ -114,7 +115,7 @@ class SampledFlights:
         first = random.points(size)
         self.latent, self.scores = first.latent, evaluate(first)
         self.drawings, self.log_total = list[Proposal](), log_standard(self.latent)
-        self.crude = np.isinf(self.scores).sum(axis=1)
+        self.crude = [first.at(failed) for failed in np.isinf(self.scores)]
         self.add(Proposal(wide(random.dimensions)))
 
     def add(self, drawing: Proposal) -> None:
@@ -145,8 +146,7 @@ def cross_entropy(evaluate: Evaluate, events: int, random: Random, size: int) ->
         fits.append(fit)
         levels.append(steps)
         shares.append(sample.probability(event))
-    found = np.zeros(events)
-    failed, points = np.zeros((events, 0), dtype=np.bool_), random.points(0)
+    failed, points, weights = np.zeros((events, 0), dtype=np.bool_), random.points(0), np.zeros(0)
     if any(shares):
         earlier = [one.fit for one in sample.drawings]
         drawing = Proposal(
@@ -154,10 +154,10 @@ def cross_entropy(evaluate: Evaluate, events: int, random: Random, size: int) ->
         )
         points = drawing.points(random, LAST * size)
         failed = np.isinf(evaluate(points))
-        found = failed @ np.exp(log_standard(points.latent) - drawing.log_density(points.latent)) / len(points.noise)
+        weights = np.exp(log_standard(points.latent) - drawing.log_density(points.latent)) / len(points.noise)
     return [
-        Replicate(probability, size, int(few), (*steps, Level(None, probability)), points.at(own))
-        for probability, few, steps, own in zip(found.tolist(), crude, levels, failed, strict=True)
+        Replicate(probability, size, few, (*steps, Level(None, probability)), points.at(own), weights[own])
+        for probability, few, steps, own in zip((failed @ weights).tolist(), crude, levels, failed, strict=True)
     ]
 
 

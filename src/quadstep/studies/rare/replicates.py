@@ -11,7 +11,9 @@ from quadstep.interfaces.closed_loop import Advance
 from quadstep.mission.distributions import Choice
 from quadstep.numbers import exp, log
 from quadstep.studies.campaign.flyer import SUCCESS
-from quadstep.studies.campaign.schema import Campaign, Method
+from quadstep.studies.campaign.schema import Campaign, CampaignFile, Method
+from quadstep.studies.campaign.splits import MOST_LINES, with_option
+from quadstep.studies.campaign.varied import texts_of
 from quadstep.studies.rare.cross_entropy import LEAST, MOST_KEPT, NEGLIGIBLE, Level, Replicate, beyond, cross_entropy
 from quadstep.studies.rare.mixture import A_REPLICATE, Evaluate, Floats, Points, Random, joined
 from quadstep.studies.rare.point_flyer import Event, Failure, PointFlyer, values
@@ -50,13 +52,14 @@ def followed(evaluate: Callable[[Points], Floats], random: Random, size: int, le
     """A replicate of one kind of failure. evaluate: its row. least: the probability below which it gives up."""
     points = random.points(size)
     scores = evaluate(points)
-    crude = int(np.isinf(scores).sum())
+    crude = points.at(np.isinf(scores))
     probability, step, levels = 1.0, STEP, list[Level]()
     while probability > least:
         share = float(np.isinf(scores).mean())
         if share >= SHARE:
             failures = points.at(np.isinf(scores))
-            return Replicate(probability * share, size, crude, (*levels, Level(None, probability * share)), failures)
+            reached, each = (*levels, Level(None, probability * share)), probability / len(scores)
+            return Replicate(probability * share, size, crude, reached, failures, np.full(len(failures.noise), each))
         threshold = beyond(scores, SHARE)
         above = scores >= threshold
         if above.mean() > MOST_KEPT:
@@ -65,7 +68,7 @@ def followed(evaluate: Callable[[Points], Floats], random: Random, size: int, le
         levels.append(Level(threshold, probability))
         points, scores, step = chains(evaluate, random, points.at(above), scores[above], threshold, size, step)
     failures = points.at(np.isinf(scores))
-    return Replicate(0.0, size, crude, tuple(levels), failures)
+    return Replicate(0.0, size, crude, tuple(levels), failures, np.zeros(len(failures.noise)))
 
 
 def chains(
@@ -157,11 +160,31 @@ def recorded(flights: PointFlyer, event: Event, one: Replicate) -> DoneEvent:
         score=list(event.scales),
         probability=one.probability,
         crude=one.crude,
-        crude_failures=one.crude_failures,
+        crude_failures=len(one.crude_failures.noise),
+        options=by_choice(flights.campaign.file, one),
         failures=len(one.failures.noise),
         levels=[(level.threshold, level.probability) for level in one.levels],
         nearest=nearest(flights, one.failures, event.failure.value) if len(one.failures.noise) else None,
     )
+
+
+def by_choice(file: CampaignFile, one: Replicate) -> dict[str, tuple[float, float, int]]:
+    """What it found with each value of the choices that are not between numbers, as `DoneEvent` has it."""
+    drawn, crude = (values(file, some.latent) for some in (one.failures, one.crude_failures))
+    return {
+        with_option(key, text): (
+            weight / sum(weights),
+            float(one.weights @ (drawn[key].values == place)),
+            int((crude[key].values == place).sum()),
+        )
+        for key, choice in file.vary.items()
+        if isinstance(choice, Choice)
+        and 1 < len(choice.values) <= MOST_LINES
+        and isinstance(choice.values[0], bool | str | dict)
+        for weights in (choice.weights or (1.0,) * len(choice.values),)
+        for place, (text, weight) in enumerate(zip(texts_of(choice.values), weights, strict=True))
+        if weight
+    }
 
 
 def nearest(flights: PointFlyer, failures: Points, kind: str) -> Nearest:

@@ -34,13 +34,14 @@ from quadstep.studies.rare.summary import HOW, RareSummary, as_json, common, rou
 
 LEVELS = f"{FIGURES}/levels"
 
-REPLICATES = ("", "method", "probability", "by kind of failure", "flights")
+REPLICATES = ("", "method", "probability", "flights")
 
 SHOWN = (
     "How the estimates were steered to failure: each line is one of them, from all flights (1, at the left) down to the share "
     "that fails, marked ×. A dot is a step: the share of flights at least as near to failure as those that it kept."
 )
-OPINIONS = " Dashed blue: second opinions, by the other method."
+SECOND = " Dashed blue: second opinions, by the other method."
+OPINIONS = "Each row is a single run. Second opinions, by the other method, are a check and do not count."
 
 
 def write_report(record: RareRecord, campaign: Campaign, summary: RareSummary, path: Path, sheet: Sheet) -> Evidence:
@@ -69,11 +70,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
     ]
     said = sentences(summary, file.rare.method, campaign.meaning)
     few = not summary.one_by_one or common(summary) or summary.warnings
-    plain = "" if few else f"plain Monte Carlo: about {rounded(summary.one_by_one or 0.0, 1)} for an interval as wide"
-    facts = [markup.Fact("flights", f"{summary.flights:,}", plain), *[
-        markup.Fact(f"by {one.method.words}, {one.kind}", units.number(one.probability), "a single run")
-        for one in record.pieces if one.method is not file.rare.method and one.probability > 0.0
-    ][:2]]  # fmt: skip
+    plain = "" if few else f"plain Monte Carlo: about {rounded(summary.one_by_one or 0.0, 1)} for intervals as wide"
     kinds = climbed(record.pieces)
     about = {"version": __version__, "campaign": str(path), "name": file.name, "method": file.rare.method.value}
     return Evidence(
@@ -82,10 +79,12 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         answer=said[0],
         sentences=said,
         record={**about, **as_json(summary)},
-        facts=facts,
-        figures=[Figure(LEVELS, SHOWN + OPINIONS * bool(summary.opinions))] if kinds else [],
+        facts=[markup.Fact("flights", f"{summary.flights:,}", plain)],
+        figures=[Figure(LEVELS, SHOWN + SECOND * bool(summary.opinions))] if kinds else [],
         sections=[
-            TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)]),
+            TableSection(
+                "Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)], OPINIONS * bool(summary.opinions)
+            ),
             *[part for one in summary.nearest for part in nearest(one, campaign.mission, path)],
             TableSection("Settings", "flown", ("", ""), flown),
             TableSection(
@@ -100,13 +99,8 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
     )
 
 
-def by_kind(one: FinishedPiece) -> str:
-    """The probability of each kind of failure, as one estimate has it."""
-    return "; ".join(f"{event.failure}: {units.number(event.probability)}" for event in one.events)
-
-
 def replicate_row(one: FinishedPiece) -> tuple[str, ...]:
-    return one.kind, one.method.value, units.number(one.probability), by_kind(one), f"{one.flights:,}"
+    return one.kind, one.method.value, units.number(one.probability), f"{one.flights:,}"
 
 
 SEE_IT = "To fly it, put these lines in place of [vary] and [[correlated]] into a copy of the campaign file, and fly that."
@@ -130,7 +124,7 @@ def nearest(found: Nearest, mission: Mission, path: Path) -> list[Section]:
     return [table, TableSection(text=SEE_IT + " Its noise is then another, so that it may succeed." * mission.noisy), flown]
 
 
-OWN, OTHER, END = "black", COLOURS["blue"], COLOURS["vermillion"]
+OWN, OTHER = "black", COLOURS["blue"]
 
 
 def climbed(pieces: Sequence[FinishedPiece]) -> list[str]:
@@ -169,7 +163,7 @@ def draw_event(axes: Axes, name: str, pieces: Sequence[FinishedPiece]) -> None:
             axes.plot(
                 range(len(shares) - 1, len(shares) + 1), [shares[-1], event.probability], line, color=colour, linewidth=0.8
             )
-            axes.plot([len(shares)], [event.probability], "x", color=END if own else OTHER)
+            axes.plot([len(shares)], [event.probability], "x", color=colour)
     axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
     axes.set_xlabel("step")
 

@@ -2,13 +2,13 @@
 
 import contextlib
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from quadstep.io import __version__
-from quadstep.io.results_folder import Folder
 from quadstep.io.run_record import RunRecord
 from quadstep.io.run_record import opened as open_record
 from quadstep.studies.campaign import draws
@@ -35,7 +35,8 @@ class Nearest(RareTable):
 class DoneEvent(RareTable):
     """Failures of one kind. score: the metrics that predicted them. levels: threshold, None for failure itself; probability.
 
-    crude: flights drawn as the campaign draws, and how many of them failed; failures: all that were found at the end.
+    crude: flights drawn as the campaign draws, and how many of them failed; failures: all that were found at the end. options:
+    by each value of a choice, its share, the probability of failing with it, and the crude flights that did.
     """
 
     failure: str
@@ -44,6 +45,7 @@ class DoneEvent(RareTable):
     crude: Count
     crude_failures: Count
     failures: Count
+    options: dict[str, tuple[Probability, Probability, Count]] = {}
     levels: list[tuple[float | None, float]]
     nearest: Nearest | None = None
 
@@ -100,9 +102,9 @@ class RareRecord(RunRecord):
 
     NAME, SCHEMA, WHAT, ITEMS = MANIFEST, RareManifest, "estimate", "replicates"
 
-    def __init__(self, files: Folder, manifest: dict[str, object]) -> None:
-        super().__init__(files, manifest)
-        self.pieces = RareManifest.model_validate(manifest).pieces
+    @cached_property
+    def pieces(self) -> list[FinishedPiece]:
+        return RareManifest.model_validate(self.manifest).pieces
 
     @property
     def finished(self) -> int:

@@ -67,14 +67,13 @@ def count_of(flights: int) -> str:
 class RareSummary(NamedTuple):
     """probability: of failure, with its 95 % interval. replicates: those of each. flights: all that were flown.
 
-    spread: standard deviation of the replicates over their mean. one_by_one: crude flights whose interval would be as wide.
-    kinds: the probability of each kind of failure. nearest: the most likely of each that was found, the likeliest first.
+    one_by_one: crude flights whose intervals would be as wide. kinds: the probability of each kind of failure; by_choice: of
+    flights with each value of a choice. nearest: the most likely failure of each kind that was found, the likeliest first.
     """
 
     probability: Estimate
     replicates: tuple[float, ...]
     flights: int
-    spread: float
     one_by_one: float | None
     kinds: Mapping[str, float]
     crude: Crude
@@ -83,6 +82,7 @@ class RareSummary(NamedTuple):
     again: RepeatedFailures
     warnings: tuple[str, ...]
     rest: Mapping[str, str] = {}
+    by_choice: Mapping[str, Estimate] = {}
 
 
 def summarise(done: Sequence[FinishedPiece]) -> RareSummary:
@@ -90,10 +90,11 @@ def summarise(done: Sequence[FinishedPiece]) -> RareSummary:
     probabilities = np.array([one.probability for one in own])
     crude = crude_of(own)
     probability = interval(probabilities, crude)
-    mean = probability.value
-    spread = float(probabilities.std(ddof=1)) / mean if mean > 0.0 else 0.0
-    half = (probability.high - probability.low) / (2.0 * mean) if mean > 0.0 else 0.0
-    one_by_one = (1.0 - mean) / mean * (NORMAL / half) ** 2 if half > 0.0 else None
+    options = own[0].events[0].options
+    joint = {name: interval(np.array([one.probability for one in some]), crude_of(some))
+             for name in options for some in ([with_it(one, name) for one in own],)}  # fmt: skip
+    by_choice = {name: Estimate(*(min(1.0, end / options[name][0]) for end in one)) for name, one in joint.items()}
+    one_by_one = max(map(plain_flights, (probability, *joint.values()))) or None
     kinds = dict[str, float]()
     for event in (event for one in own for event in one.events):
         kinds[event.failure] = kinds.get(event.failure, 0.0) + event.probability / len(own)
@@ -103,10 +104,24 @@ def summarise(done: Sequence[FinishedPiece]) -> RareSummary:
     again = [one.again for one in own if one.again]
     flown, failed = sum(one.flights for one in again), sum(one.failures for one in again)
     found = RareSummary(
-        probability, tuple(probabilities.tolist()), sum(one.flights for one in done), spread, one_by_one, kinds, crude,
-        opinions, nearest, RepeatedFailures(flights=flown, failures=failed), (),
+        probability, tuple(probabilities.tolist()), sum(one.flights for one in done), one_by_one, kinds, crude,
+        opinions, nearest, RepeatedFailures(flights=flown, failures=failed), (), by_choice=by_choice,
     )  # fmt: skip
     return found._replace(warnings=tuple(warnings(found)))
+
+
+def with_it(one: FinishedPiece, name: str) -> FinishedPiece:
+    """What it found of flights with a value of a choice."""
+    found = [event.options[name] for event in one.events]
+    changes = [{"probability": share, "crude_failures": failed} for _, share, failed in found]
+    events = [event.model_copy(update=change) for event, change in zip(one.events, changes, strict=True)]
+    return one.model_copy(update={"events": events, "probability": sum(share for _, share, _ in found)})
+
+
+def plain_flights(one: Estimate) -> float:
+    """About how many crude flights would give as wide an interval; 0 without one."""
+    half = (one.high - one.low) / (2.0 * one.value) if one.value > 0.0 else 0.0
+    return (1.0 - one.value) / one.value * (NORMAL / half) ** 2 if half > 0.0 else 0.0
 
 
 def interval(probabilities: Floats, crude: Crude) -> Estimate:
@@ -158,12 +173,12 @@ def warnings(summary: RareSummary) -> list[str]:
         )
     if summary.crude.rate.low > summary.probability.high or summary.crude.rate.high < summary.probability.low:
         said.append(f"Plain Monte Carlo flights disagree: {summary.crude.sentence}.")
-    for what, probability in summary.opinions.items():
-        if probability > (max(MORE * summary.probability.value, summary.probability.high) if none < len(own) else 0.0):
-            said.append(
-                f"A second opinion finds more failures: {probability:.3g} ({what}). The estimate may have missed a failure "
-                "mode; name the metrics that predict it (rare.score)."
-            )
+    what, probability = max(summary.opinions.items(), key=lambda one: one[1], default=("", 0.0))
+    if probability > (max(MORE * summary.probability.value, summary.probability.high) if none < len(own) else 0.0):
+        said.append(
+            f"A second opinion finds more failures: {probability:.3g} ({what}). The estimate may have missed a failure "
+            "mode; name the metrics that predict it (rare.score)."
+        )
     again = summary.again
     if again.failures < FEW_AGAIN * again.flights:
         said.append(
@@ -176,10 +191,10 @@ def warnings(summary: RareSummary) -> list[str]:
 def as_json(summary: RareSummary) -> dict[str, object]:
     return {
         "probability": summary.probability._asdict(),
+        "by_choice": {name: one._asdict() for name, one in summary.by_choice.items()},
         "kinds": dict(summary.kinds),
         "replicates": list(summary.replicates),
         "flights": summary.flights,
-        "spread": summary.spread,
         "flights_one_by_one": summary.one_by_one,
         "crude": {**summary.crude._asdict(), "kinds": dict(summary.crude.kinds), "rate": summary.crude.rate._asdict()},
         "opinions": summary.opinions,
@@ -209,9 +224,12 @@ def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[s
     often = (
         f" (about 1 flight in {rounded(1.0 / summary.probability.value)})" if 0.0 < summary.probability.value < 0.01 else ""
     )
+    estimate = f"{value}{often}, with 95 % confidence {low} to {high},"
+    if summary.by_choice:
+        kinds = f"Over all flights of the campaign it is {estimate[:-1]}. {kinds}"
+        estimate = f"{units.listed([in_words(one, name) for name, one in summary.by_choice.items()])},"
     check = f"{summary.crude.sentence[0].upper()}{summary.crude.sentence[1:]}."
     source = f"From {len(summary.replicates)} independent estimates (replicates) by {method.words}{meaning}."
-    estimate = f"{value}{often}, with 95 % confidence {low} to {high},"
     lines = [f"A flight fails with probability {estimate} if no kind of failure was missed. {kinds}{source}"]
     if summary.warnings:
         see = f"see the warning{'s' * bool(summary.warnings[1:])}"
@@ -219,11 +237,8 @@ def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[s
     if not summary.probability.value and not summary.crude.failures:
         lines = [f"{check} No replicate found a failure. {source}"]
     if summary.one_by_one and common(summary):
-        rare = f" is not rare ({units.percent(summary.probability.value)})" if summary.probability.value >= COMMON else ""
-        plain = "a plain campaign needs fewer flights"
-        begin = f"This failure{rare}: {plain}" if rare else f"{plain[0].upper()}{plain[1:]} for this failure"
-        plain = f"about {rounded(summary.one_by_one, 1)} instead of {summary.flights:,} for an interval as wide"
-        lines[0] = f"{begin}, {plain}. {lines[0]}" if rare else f"{lines[0]} {begin}, {plain}."
+        plain = f"about {rounded(summary.one_by_one, 1)} instead of {summary.flights:,} for intervals as wide"
+        lines[0] += f" A plain campaign needs fewer flights, {plain}."
     if not summary.warnings:
         lines.append(f"Plain Monte Carlo, as a check: {summary.crude.sentence}.")
         if again := summary.again.flights:
@@ -238,8 +253,10 @@ def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[s
     return lines
 
 
-COMMON = 0.01
-"""Probability from which on a failure is not called rare."""
+def in_words(one: Estimate, name: str) -> str:
+    """The probability of flights with a value of a choice; at most what plain flights leave where no failure was found."""
+    value, low, high = map(units.number, one)
+    return f"{value} with {name} (95 % interval {low} to {high})" if one.value else f"at most {high} with {name}"
 
 
 def common(summary: RareSummary) -> bool:
