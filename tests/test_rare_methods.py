@@ -14,7 +14,7 @@ from quadstep.studies.rare.mixture import FIRST, Points, Random
 from quadstep.studies.rare.point_flyer import Failure
 from quadstep.studies.rare.replicates import PieceKind, subset_simulation
 from quadstep.studies.rare.run_folder import FinishedPiece, Nearest
-from quadstep.studies.rare.summary import HOW, Crude, Estimate, common, crude_of, interval, sentences, summarise
+from quadstep.studies.rare.summary import HOW, Crude, Estimate, crude_of, interval, sentences, summarise
 
 METHODS = (subset_simulation, cross_entropy)
 
@@ -171,7 +171,7 @@ def test_the_answer_is_first_and_a_doubtful_estimate_comes_second():
         found = summarise([piece(value * one) for one in (0.9, 1.0, 1.05, 1.1, 0.95)])._replace(warnings=())
         first = sentences(found, Method.SUBSET)[0]
         plain = found.one_by_one < found.flights
-        assert ("A plain campaign needs fewer flights" in first) == plain == common(found)
+        assert ("A plain campaign needs fewer flights" in first) == plain
         assert first.startswith(f"A flight fails with probability {units.number(found.probability.value)}"), (
             "the answer is first"
         )
@@ -300,7 +300,7 @@ def test_intervals_by_the_values_of_a_choice_hold_what_is_known():
     def found(one):
         parts = [[(some.latent[:, 2] < 0.0) == on for some in (one.failures, one.crude_failures)] for on in (True, False)]
         options = {
-            name: (0.5, float(one.weights @ part), int(few.sum())) for name, (part, few) in zip("ab", parts, strict=True)
+            name: (float(one.weights @ part), int(few.sum()), 0.5) for name, (part, few) in zip("ab", parts, strict=True)
         }
         made = piece(one.probability)
         return made.model_copy(update={"events": [made.events[0].model_copy(update={"options": options})]})
@@ -312,7 +312,7 @@ def test_intervals_by_the_values_of_a_choice_hold_what_is_known():
         assert sum(0.5 * one.value for one in parts) == pytest.approx(summary.probability.value)
         held += [low <= probability(-limit) <= high for limit, (_, low, high) in zip(limits, parts, strict=True)]
     assert sum(held) >= 36
-    rare = [one.events[0].model_copy(update={"options": {"a": (0.5, 0.0, 0), "b": (0.5, 0.1, 90)}}) for one in some]
+    rare = [one.events[0].model_copy(update={"options": {"a": (0.0, 0, 0.5), "b": (0.1, 90, 0.5)}}) for one in some]
     rare = [one.model_copy(update={"probability": 0.1, "crude_failures": 90}) for one in rare]
     summary = summarise([piece(0.1).model_copy(update={"events": [one]}) for one in rare])
     most = 2.0 * (1.0 - 0.005 ** (1 / 5000))

@@ -121,7 +121,7 @@ def opened(
     record: R | None = None
     with alone_in(path) as inside, interruptible(lambda: record.resume_hint if record else ""):
         try:
-            record, resumed = prepared(kind, inside, mine, changed, resume, overwrite)
+            record, resumed = prepared(kind, inside, mine, changed, resume, overwrite and not resume)
             try:
                 if not resumed:
                     record.save()
@@ -150,11 +150,7 @@ def prepared(
             raise UserError(f"{folder}: contains other files ({min(strange)}); choose another --out")
     else:
         record = kind(inside, manifest)
-        reasons = (
-            []
-            if overwrite and not resume
-            else [*changed(manifest), *([] if SEAL in manifest else ["its manifest has changed"])]
-        )
+        reasons = [] if overwrite else [*changed(manifest), *([] if SEAL in manifest else ["its manifest has changed"])]
         if resume:
             if reasons:
                 raise UserError(

@@ -168,23 +168,19 @@ def recorded(flights: PointFlyer, event: Event, one: Replicate) -> DoneEvent:
     )
 
 
-def by_choice(file: CampaignFile, one: Replicate) -> dict[str, tuple[float, float, int]]:
+def by_choice(file: CampaignFile, one: Replicate) -> dict[str, tuple[float, int, float]]:
     """What it found with each value of the choices that are not between numbers, as `DoneEvent` has it."""
     drawn, crude = (values(file, some.latent) for some in (one.failures, one.crude_failures))
-    return {
-        with_option(key, text): (
-            weight / sum(weights),
-            float(one.weights @ (drawn[key].values == place)),
-            int((crude[key].values == place).sum()),
-        )
-        for key, choice in file.vary.items()
-        if isinstance(choice, Choice)
-        and 1 < len(choice.values) <= MOST_LINES
-        and isinstance(choice.values[0], bool | str | dict)
-        for weights in (choice.weights or (1.0,) * len(choice.values),)
-        for place, (text, weight) in enumerate(zip(texts_of(choice.values), weights, strict=True))
-        if weight
-    }
+    choices = {key: one for key, one in file.vary.items() if isinstance(one, Choice) and 1 < len(one.values) <= MOST_LINES}
+    found = dict[str, tuple[float, int, float]]()
+    for key, choice in choices.items():
+        shares = np.array(choice.weights or [1.0] * len(choice.values))
+        for place in np.flatnonzero(shares) if isinstance(choice.values[0], bool | str | dict) else ():
+            with_it, crude_with = (some[key].values == place for some in (drawn, crude))
+            found[with_option(key, texts_of(choice.values)[place])] = (
+                float(one.weights @ with_it), int(crude_with.sum()), float(shares[place] / shares.sum())
+            )  # fmt: skip
+    return found
 
 
 def nearest(flights: PointFlyer, failures: Points, kind: str) -> Nearest:

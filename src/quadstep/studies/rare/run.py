@@ -30,7 +30,7 @@ from quadstep.studies.campaign.varied import text_of, variation_text
 from quadstep.studies.rare.point_flyer import PointFlyer, check_space
 from quadstep.studies.rare.replicates import PieceKind, fly_piece, pieces
 from quadstep.studies.rare.run_folder import FinishedPiece, Nearest, RareRecord, opened
-from quadstep.studies.rare.summary import HOW, RareSummary, as_json, common, rounded, sentences, summarise
+from quadstep.studies.rare.summary import HOW, RareSummary, as_json, sentences, summarise
 
 LEVELS = f"{FIGURES}/levels"
 
@@ -40,8 +40,7 @@ SHOWN = (
     "How the estimates were steered to failure: each line is one of them, from all flights (1, at the left) down to the share "
     "that fails, marked ×. A dot is a step: the share of flights at least as near to failure as those that it kept."
 )
-SECOND = " Dashed blue: second opinions, by the other method."
-OPINIONS = "Each row is a single run. Second opinions, by the other method, are a check and do not count."
+OPINIONS = " Dashed blue: second opinions, by the other method."
 
 
 def write_report(record: RareRecord, campaign: Campaign, summary: RareSummary, path: Path, sheet: Sheet) -> Evidence:
@@ -69,8 +68,6 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         ("quadstep", record.manifest["version"]),
     ]
     said = sentences(summary, file.rare.method, campaign.meaning)
-    few = not summary.one_by_one or common(summary) or summary.warnings
-    plain = "" if few else f"plain Monte Carlo: about {rounded(summary.one_by_one or 0.0, 1)} for intervals as wide"
     kinds = climbed(record.pieces)
     about = {"version": __version__, "campaign": str(path), "name": file.name, "method": file.rare.method.value}
     return Evidence(
@@ -79,12 +76,9 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         answer=said[0],
         sentences=said,
         record={**about, **as_json(summary)},
-        facts=[markup.Fact("flights", f"{summary.flights:,}", plain)],
-        figures=[Figure(LEVELS, SHOWN + SECOND * bool(summary.opinions))] if kinds else [],
+        figures=[Figure(LEVELS, SHOWN + OPINIONS * bool(summary.opinions))] if kinds else [],
         sections=[
-            TableSection(
-                "Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)], OPINIONS * bool(summary.opinions)
-            ),
+            TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)]),
             *[part for one in summary.nearest for part in nearest(one, campaign.mission, path)],
             TableSection("Settings", "flown", ("", ""), flown),
             TableSection(

@@ -36,7 +36,7 @@ class DoneEvent(RareTable):
     """Failures of one kind. score: the metrics that predicted them. levels: threshold, None for failure itself; probability.
 
     crude: flights drawn as the campaign draws, and how many of them failed; failures: all that were found at the end. options:
-    by each value of a choice, its share, the probability of failing with it, and the crude flights that did.
+    by each value of a choice, the probability of failing with it, the crude flights that did, and its share.
     """
 
     failure: str
@@ -45,7 +45,7 @@ class DoneEvent(RareTable):
     crude: Count
     crude_failures: Count
     failures: Count
-    options: dict[str, tuple[Probability, Probability, Count]] = {}
+    options: dict[str, tuple[Probability, Count, Probability]] = {}
     levels: list[tuple[float | None, float]]
     nearest: Nearest | None = None
 

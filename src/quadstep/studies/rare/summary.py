@@ -67,7 +67,7 @@ def count_of(flights: int) -> str:
 class RareSummary(NamedTuple):
     """probability: of failure, with its 95 % interval. replicates: those of each. flights: all that were flown.
 
-    one_by_one: crude flights whose intervals would be as wide. kinds: the probability of each kind of failure; by_choice: of
+    one_by_one: crude flights whose interval would be as wide. kinds: the probability of each kind of failure; by_choice: of
     flights with each value of a choice. nearest: the most likely failure of each kind that was found, the likeliest first.
     """
 
@@ -90,11 +90,10 @@ def summarise(done: Sequence[FinishedPiece]) -> RareSummary:
     probabilities = np.array([one.probability for one in own])
     crude = crude_of(own)
     probability = interval(probabilities, crude)
-    options = own[0].events[0].options
-    joint = {name: interval(np.array([one.probability for one in some]), crude_of(some))
-             for name in options for some in ([with_it(one, name) for one in own],)}  # fmt: skip
-    by_choice = {name: Estimate(*(min(1.0, end / options[name][0]) for end in one)) for name, one in joint.items()}
-    one_by_one = max(map(plain_flights, (probability, *joint.values()))) or None
+    by_choice = {name: with_it(own, name) for name in own[0].events[0].options}
+    mean = probability.value
+    half = (probability.high - probability.low) / (2.0 * mean) if mean > 0.0 else 0.0
+    one_by_one = (1.0 - mean) / mean * (NORMAL / half) ** 2 if half > 0.0 else None
     kinds = dict[str, float]()
     for event in (event for one in own for event in one.events):
         kinds[event.failure] = kinds.get(event.failure, 0.0) + event.probability / len(own)
@@ -110,18 +109,14 @@ def summarise(done: Sequence[FinishedPiece]) -> RareSummary:
     return found._replace(warnings=tuple(warnings(found)))
 
 
-def with_it(one: FinishedPiece, name: str) -> FinishedPiece:
-    """What it found of flights with a value of a choice."""
-    found = [event.options[name] for event in one.events]
-    changes = [{"probability": share, "crude_failures": failed} for _, share, failed in found]
-    events = [event.model_copy(update=change) for event, change in zip(one.events, changes, strict=True)]
-    return one.model_copy(update={"events": events, "probability": sum(share for _, share, _ in found)})
-
-
-def plain_flights(one: Estimate) -> float:
-    """About how many crude flights would give as wide an interval; 0 without one."""
-    half = (one.high - one.low) / (2.0 * one.value) if one.value > 0.0 else 0.0
-    return (1.0 - one.value) / one.value * (NORMAL / half) ** 2 if half > 0.0 else 0.0
+def with_it(own: Sequence[FinishedPiece], name: str) -> Estimate:
+    """The probability of failure of flights with a value of a choice."""
+    names, some = ("probability", "crude_failures"), list[FinishedPiece]()
+    for one in own:
+        found = [event.model_copy(update=dict(zip(names, event.options[name], strict=False))) for event in one.events]
+        some.append(one.model_copy(update={"events": found, "probability": sum(event.probability for event in found)}))
+    rate = interval(np.array([one.probability for one in some]), crude_of(some))
+    return Estimate(*(min(1.0, end / own[0].events[0].options[name][-1]) for end in rate))
 
 
 def interval(probabilities: Floats, crude: Crude) -> Estimate:
@@ -236,8 +231,8 @@ def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[s
         lines = [f"{check} The estimate, {estimate} is doubtful: {see}. {kinds}{source}"]
     if not summary.probability.value and not summary.crude.failures:
         lines = [f"{check} No replicate found a failure. {source}"]
-    if summary.one_by_one and common(summary):
-        plain = f"about {rounded(summary.one_by_one, 1)} instead of {summary.flights:,} for intervals as wide"
+    if summary.one_by_one and summary.one_by_one < summary.flights and not summary.by_choice:
+        plain = f"about {rounded(summary.one_by_one, 1)} instead of {summary.flights:,} for an interval as wide"
         lines[0] += f" A plain campaign needs fewer flights, {plain}."
     if not summary.warnings:
         lines.append(f"Plain Monte Carlo, as a check: {summary.crude.sentence}.")
@@ -257,8 +252,3 @@ def in_words(one: Estimate, name: str) -> str:
     """The probability of flights with a value of a choice; at most what plain flights leave where no failure was found."""
     value, low, high = map(units.number, one)
     return f"{value} with {name} (95 % interval {low} to {high})" if one.value else f"at most {high} with {name}"
-
-
-def common(summary: RareSummary) -> bool:
-    """Whether a plain campaign would have needed fewer flights."""
-    return summary.one_by_one is not None and summary.one_by_one < summary.flights
