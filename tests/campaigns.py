@@ -14,7 +14,7 @@ import pytest
 
 from quadstep.mission.check import check
 from quadstep.studies.campaign.schema import CampaignFile, read_campaign
-from tests.commands import heeding_interrupts, quadstep, without_grade
+from tests.commands import heeding_interrupts, quadstep, replace, without_grade
 from tests.needs import PS, without
 from tests.patience import PATIENCE
 
@@ -115,7 +115,7 @@ REPORT = "quadstep.studies.campaign.report"
 def no_report():
     """The report takes seconds to draw, as the grade of the loop at rest takes to find; both are tested by themselves."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(f"{REPORT}.write_report", lambda *_: [])
+        replace(patch, f"{REPORT}.write_report", lambda *_: [])
         without_grade(patch)
         yield
 

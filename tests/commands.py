@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 from contextlib import nullcontext
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -67,16 +68,21 @@ def quadstep_process(*arguments, cwd=None):
     )
 
 
+def replace(monkeypatch, place, function):
+    """Replace a function of the package by one that is not taken for a user's, after which laws would be traced anew."""
+    monkeypatch.setattr(place, partial(function))
+
+
 def without_figures(monkeypatch):
     """Leave out the figures, which need processes of their own and seconds, where they are not the point."""
-    monkeypatch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
+    replace(monkeypatch, "quadstep.mission.schema.flight_jobs", lambda *_: [])
     for module in ("fly", "interface"):
-        monkeypatch.setattr(f"quadstep.studies.{module}.drawing_pool", lambda *_: nullcontext())
+        replace(monkeypatch, f"quadstep.studies.{module}.drawing_pool", lambda *_: nullcontext())
 
 
 def without_grade(monkeypatch):
     """Leave out the grade of the loop at rest, which takes up to seconds for each new loop, where it is not the point."""
-    monkeypatch.setattr("quadstep.linear.grade.quick_grade", lambda _: {})
+    replace(monkeypatch, "quadstep.linear.grade.quick_grade", lambda _: {})
 
 
 ISSUE_COLUMNS = """t[s] x[m] y[m] z[m] psi[rad] theta[rad] phi[rad] x_d[m] y_d[m] z_d[m] psi_d[rad] theta_d[rad] phi_d[rad]

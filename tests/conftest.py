@@ -47,6 +47,14 @@ def ungraded(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are laid out and written, but blank, where their looks are not the point; not a flight's (`no_figures`)."""
+    from matplotlib.artist import Artist
+
+    monkeypatch.setattr("quadstep.report.canvas.Typeset.draw", Artist.draw)
+
+
+@pytest.fixture
 def studies_here(monkeypatch: pytest.MonkeyPatch) -> None:
     from tests.studies import studies_in_this_process
 

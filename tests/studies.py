@@ -8,7 +8,7 @@ from pathlib import Path
 from quadstep.engines.fly import fingerprint
 from quadstep.studies.comparison.cells import study_of
 from quadstep.studies.comparison.cost import counted
-from tests.commands import write
+from tests.commands import replace, write
 
 HEAD = """
 name = "Small"
@@ -107,6 +107,6 @@ COUNTED = {}
 
 def studies_in_this_process(monkeypatch):
     """Processes of their own cost seconds, as does measuring often, where they are not the point."""
-    monkeypatch.setattr("quadstep.studies.comparison.jobs.drawing_pool", here)
+    replace(monkeypatch, "quadstep.studies.comparison.jobs.drawing_pool", here)
     monkeypatch.setattr("quadstep.studies.comparison.cost.REPEATS", 1)
-    monkeypatch.setattr("quadstep.studies.comparison.cost.counted", counted_once)
+    replace(monkeypatch, "quadstep.studies.comparison.cost.counted", counted_once)

@@ -14,6 +14,8 @@ from tests.campaigns import fly as fly_campaign
 from tests.commands import quadstep, write
 from tests.pages import fly_page, needs_node
 
+pytestmark = pytest.mark.usefixtures("undrawn", "ungraded")
+
 PLANT = '''
 from typing import ClassVar, NamedTuple
 

@@ -21,6 +21,8 @@ from quadstep.mission.listings import load_preset
 from tests.commands import files, quadstep
 from tests.made_flights import MAPPING, logged, table, write
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 FELT = 'acceleration = { columns = ["ax", "ay", "az"], unit = "m/s^2" }\n'
 
 
@@ -173,7 +175,8 @@ def test_a_report_of_predictions_says_what_the_terminal_says(tmp_path, logs):
     assert "Estimates" not in text_of(tmp_path / "r" / "report.html")
 
 
-def test_a_replay_is_drawn_with_the_signals_that_are_asked_for(tmp_path, logs):
+def test_a_replay_is_drawn_with_the_signals_that_are_asked_for(tmp_path, logs, monkeypatch):
+    monkeypatch.undo()
     run = replayed(logs, tmp_path / "r", "--controller", "pid", "--figures", "svg", "--signals", "position,rates,z", count=1)
     assert run.code == 0, run.err
     names = [name for name in files(tmp_path / "r") if name.startswith("figures/")]

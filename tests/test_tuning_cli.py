@@ -19,6 +19,8 @@ from tests.commands import metrics, quadstep
 from tests.missions import EXAMPLES
 from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, history, lasting, tuned, written
 
+pytestmark = pytest.mark.usefixtures("undrawn", "ungraded")
+
 QUICK = PAPER + LAMBDA
 
 
@@ -26,7 +28,8 @@ def tune(path, out, budget=60, *more):
     return quadstep("tune", path, "--budget", budget, "--out", out, *more)
 
 
-def test_what_it_writes_and_says(tmp_path):
+def test_what_it_writes_and_says(tmp_path, monkeypatch):
+    monkeypatch.undo()
     path, out = written(tmp_path, QUICK), tmp_path / "out"
     done = tune(path, out)
     assert (done.code, done.err) == (0, "")
@@ -102,6 +105,7 @@ def test_a_gain_near_the_end_of_its_range_is_named(tmp_path, monkeypatch):
 @pytest.mark.parametrize("width", [None, 84.0])
 @pytest.mark.parametrize("many", [1, 2])
 def test_every_legend_is_inside_its_picture(tmp_path, monkeypatch, width, many):
+    monkeypatch.undo()
     seen = []
 
     def look(figure, path, sheet):

@@ -24,6 +24,8 @@ from quadstep.studies.tuning.search import Search, population
 from tests.commands import Listener, metrics
 from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, ground, history, tuned, written
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 FREE = "theorem = false\nobjective = { position_rmse = 1.0, variation_torque_2 = 2e-4 }\n"
 TWO = f"""
 [tune]
