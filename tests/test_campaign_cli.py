@@ -38,6 +38,7 @@ def test_it_says_how_often_and_how_well_the_mission_succeeds(tmp_path):
     assert "Position RMSE of the 60 completed flights: 50 % below" in run.out
     assert f"{tmp_path / 'out' / 'report.html'}" in run.out.replace("\n", "")
     worst = [one["flight"] for one in manifest(tmp_path / "out")["summary"]["worst"]]
+    assert manifest(tmp_path / "out")["mission"]["controller"]["type"], "though the file does not say it"
     order = sorted(range(60), key=lambda i: (-rows(tmp_path / "out")["largest_error[m]"][i].as_py(), i))
     assert worst == order[:5]
 

@@ -534,6 +534,23 @@ def test_of_two_campaigns_the_numbers_that_their_reports_begin_with_stand_beside
     assert "answer An answer. An answer." in text
 
 
+def test_of_two_campaigns_it_is_said_why_they_are_not_ranked_and_no_picture_has_axes_of_its_own(tmp_path):
+    for name, preset, limit in (("a", "x500", 0.3), ("b", "crazyflie", 0.5)):
+        (tmp_path / name / "figures").mkdir(parents=True)
+        (tmp_path / name / "figures" / "distributions.svg").write_text("<svg></svg>")
+        told = {"mission": {"vehicle": preset, "events": []}, "failure": {"position_rmse": limit}}
+        told |= {"summary": {AT_REST: {"grade": "fragile" if name == "a" else "sound"}}}
+        (tmp_path / name / "campaign.json").write_text(json.dumps(told))
+        (tmp_path / name / "report.html").write_text(page_text(name, [summary("An answer.")], "Campaign"))
+    text = answer(tmp_path, "/compare?a=a&b=b").text
+    assert "With different vehicles and limits: “a” and “b” are not ranked" in text
+    assert "loop at rest fragile sound" in plain(text)
+    assert "<img" not in text and '<a href="/files/a/report.html">a</a>' in text
+    alike = {"mission": {"vehicle": "x500"}, "failure": {"position_rmse": 0.3}}
+    (tmp_path / "b" / "campaign.json").write_text(json.dumps(alike))
+    assert "With different" not in answer(tmp_path, "/compare?a=a&b=b").text, "an empty list is none"
+
+
 def test_two_reports_of_a_kind_are_compared_by_the_values_of_their_tables_and_not_by_their_json(tmp_path):
     for name, gain, delay in (("a", "2.5", "51.7"), ("b", "7.25", "23.8")):
         (tmp_path / name).mkdir()
@@ -575,7 +592,9 @@ def test_the_numbers_of_a_row_have_one_unit_and_a_lost_flight_s_last_state_is_no
     ({"ended[s]": 6.0}, {}, "“a” and “b” fly different durations, so their errors do not say which is better."),
     ({"outcome": "crashed"}, {}, "“a” was lost, so the errors are not compared."),
     ({"mission": {"score_from": 4.0}}, {},
-        "Their errors do not say which is better: those of “a” count from 4\u00a0s on and those of “b” "),
+        "Their errors do not say which is better: those of “a” count from 4\u00a0s on and those of “b” over the whole "),
+    ({"mission": {"score_from": 4.0, "path": {"type": "step"}}}, {},
+        "“a” and “b” fly different paths, so their errors do not say which is better; those of “a” count from 4\u00a0s on"),
 ])  # fmt: skip
 def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, first, second, said):
     for name, content in (("a", first), ("b", second)):
@@ -585,6 +604,9 @@ def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, f
     text = answer(tmp_path, "/compare?a=a&b=b").text
     assert said in text
     assert "times closer" not in text and "second / first" not in text
+    late = "count from" in said
+    assert ("<dt>a: position RMSE from 4\u00a0s on</dt>" in text) == late and "<dt>b: position RMSE</dt>" in text
+    assert ("errors count from 4\u00a0s on over the whole flight" in plain(text).replace("4 s", "4\u00a0s")) == late
     alike = "paths" not in said and "vehicles" not in said
     assert ("#keep=b" in text) == alike == ('src="/thumbs?a=a&amp;b=b"' in text)
     assert text.count("<dt>") == 2
@@ -609,7 +631,8 @@ def test_of_two_flights_of_one_path_the_errors_are_drawn_over_time_and_their_loo
     assert rows[0] == ("controller", "geometric", "lqr"), "whatever the flights are called"
     assert rows[1:] == [("loop at rest", "sound", "fragile"), ("its margins", "sound, as it is", "fragile, as it is")]
     assert "“near_d” is the closer one 100\N{NO-BREAK SPACE}% of the time." in text
-    assert 'font-family: "Inter"' in answer(tmp_path, "/thumbs?a=near_d&b=far").text, "as the page around it"
+    for picture in ("/thumbs?a=near_d&b=far", "/thumb/far/"):
+        assert 'font-family: "Inter"' in answer(tmp_path, picture).text, "as the page around it"
     for name in ("near_d", "far"):
         content = json.loads((tmp_path / name / "metrics.json").read_text())
         (tmp_path / name / "metrics.json").write_text(json.dumps({**content, "name": f"{name}: {'a long name ' * 8}"}))

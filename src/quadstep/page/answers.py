@@ -18,7 +18,7 @@ from quadstep.io.results_folder import opened
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.page.cards import list_page
 from quadstep.page.comparison import compared_page
-from quadstep.page.folder import grade, manifest, open_result, open_two, results, results_in
+from quadstep.page.folder import grade, manifest, open_result, open_two, results, results_in, section
 from quadstep.page.model import Link
 from quadstep.page.thumbnails import first_panel, thumbnail
 
@@ -103,7 +103,9 @@ def compare(root: Path, query: str) -> str:
     if first.kind != second.kind:
         kinds = f"{folders[0].name} ({first.kind.lower()}) and {folders[1].name} ({second.kind.lower()})"
         raise UserError(f"{kinds} cannot be compared: choose two results of one kind")
-    return compared_page((first, second), (manifest(folders[0]), manifest(folders[1])), root)
+    kept = [(manifest(one), manifest(one, "campaign.json")) for one in folders]
+    one, other = (content or {**campaign, **section(campaign, "summary")} for content, campaign in kept)
+    return compared_page((first, second), (one, other), root)
 
 
 def stamp(*folders: Path) -> str:

@@ -44,14 +44,13 @@ MOST_ROWS = 400
 ONE_AT_A_TIME = threading.Lock()
 """Held while Matplotlib draws, whose settings belong to all requests."""
 
-RMSE = "position_rmse[m]"
+RMSE, MARGINS = "position_rmse[m]", "its margins"
 
 STYLE = """<style>
 .two { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 12px; }
 .two figure { margin: 0; }
-.two img { width: 100%; max-width: 100%; max-height: 20rem; object-fit: contain; }
-.two img[src^="/thumb"], .two img[src^="/panel"] { background: none; }
-.two img[src^="/thumb/"], .two img[src^="/panel/"] { display: block; max-width: 22rem; margin: auto; }
+.two img { width: 100%; max-width: 100%; max-height: 20rem; object-fit: contain; background: none; }
+.two img[src^="/thumb/"] { display: block; max-width: 22rem; margin: auto; }
 .two i { display: inline-block; width: 26px; border-top: 3px solid; margin: 0 6px 4px -32px; }
 .two i.orange { border-top-style: dashed; } .two i.band { border-width: 8px; opacity: .26; margin-bottom: 2px; }
 .two span { display: block; padding-left: 32px; }
@@ -70,18 +69,18 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
     header = ("", *names, "second / first")[: 3 if unlike or not keys else 4]
     rows = [*grades(*contents)] if header[-1] == names[-1] else [[*one, "–"] for one in grades(*contents)]
     whole = FlightGrade.LOST not in map(grade, contents)
-    margins = rows[3:] if flights and whole else []
+    margins = [one for one in rows if one[0] == MARGINS and flights and whole]
     sizes = group_sizes(first, second)
     measured = {
         key: [words(key), *row(key, first.get(key), second.get(key), sizes[group(key)])][: len(header)] for key in keys
     }
     few = [key for key in keys if key.partition("[")[0] in (FEW if whole else OF_LOST)] if flights else keys
     others = [key for key in keys if whole and key not in few]
-    rows = [*rows[: len(rows) - len(margins)], *(measured[key] for key in few[:MOST_ROWS]), *told]
+    rows = [*(one for one in rows if one not in margins), *(measured[key] for key in few[:MOST_ROWS]), *told]
     largest = max(one.rmse or 0.0 for one in results)
     errors = [
         markup.Fact(f"{name}: flight", "lost", flown_by(content), kind="fails") if one.rmse is None
-        else markup.Fact(f"{name}: position RMSE", value(one.rmse, "m", largest), flown_by(content))
+        else markup.Fact(f"{name}: position RMSE{since(content)}", value(one.rmse, "m", largest), flown_by(content))
         for name, one, content in zip(names, results, contents, strict=True)
         if one.rmse is not None or grade(content) == FlightGrade.LOST
     ]  # fmt: skip
@@ -100,11 +99,13 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         with suppress(UserError):  # a log that cannot be read, or drawn
             shown += errors_figure(quoted, contents, [root / one.place for one in results])
         live = [(f"/both?{places}#keep={behind}", "Both flights, overlaid, live")]
+    elif not flights:  # whose pictures have each its own axes
+        shown, live = "", [(best(one), name) for one, name in zip(results, names, strict=True)]
     else:
         drawn = zip(map(picture, results), pages, strict=True)
         shown = "".join(f"<figure>{one}<figcaption>{page}</figcaption></figure>" for one, page in drawn)
-        live = [(f"/both?{places}", "Both flights on one page")] * flights
-    body += [f'<div class="two">{shown}</div>', *([markup.links(live)] if live else [])]
+        live = [(f"/both?{places}", "Both flights on one page")]
+    body += [f'<div class="two">{shown}</div>' * bool(shown), markup.links(live)]
     rows = [["answer", *(one.says or "–" for one in results)], *rows] if reports else rows
     body += [markup.heading("In numbers" if keys else "What their reports say first", "numbers")] if rows else []
     body += [markup.table(header, rows, units.rich if reports else escape)] if rows else []
@@ -133,8 +134,10 @@ def grades(*contents: Metrics) -> list[list[str]]:
         ["controller", *map(controller, contents)],
         ["grade", *(MARKS[found][2] if (found := grade(one)) in MARKS else found for one in contents)],
         ["loop at rest", *map(loop_grade, contents)],
-        ["its margins", *(str(one.get("why", "")) for one in rest)],
+        [MARGINS, *(str(one.get("why", "")) for one in rest)],
     ]
+    if since(*contents) and all(one.get("outcome") == "completed" for one in contents):
+        rows.append(["errors count", *(counted(one).strip() for one in contents)])
     return [[what, *(one or "–" for one in told)] for what, *told in rows if any(told)]
 
 
@@ -152,13 +155,13 @@ def errors_figure(names: list[str], contents: Sequence[Metrics], folders: Sequen
     lines = {name: np.interp(t[t <= own[-1]], own, line) for (name, line), own in zip(lines.items(), times, strict=True)}
     lost = FlightGrade.LOST in map(grade, contents)  # whose error would leave the other flat on the axis
     said = f"Distance from the path over time{', on a logarithmic scale' if lost else ''}."
-    since, shared = max(map(scored_from, contents)), min(map(len, lines.values()))
-    spans = np.diff(t[:shared]) * (t[1:shared] > since)
+    begun, shared = max(map(scored_from, contents)), min(map(len, lines.values()))
+    spans = np.diff(t[:shared]) * (t[1:shared] > begun)
     if not lost and spans.any():
         first, second = (line[1:shared] for line in lines.values())
         shares = [float(spans[closer].sum() / spans.sum()) for closer in (first < second, second < first)]
         near, share = max(zip(names, shares, strict=True), key=lambda one: one[1])
-        said += f" {near} is the closer one {units.percent(share)} of the time{f' from {since:g} s on' if since else ''}."
+        said += f" {near} is the closer one {units.percent(share)} of the time{since(*contents)}."
     job = FigureJob("errors", said, t, [Panel("distance", "m", lines, LOG if lost else "")])
     with tempfile.TemporaryDirectory() as place, ONE_AT_A_TIME:
         job.draw(Path(place), Sheet(("svg",)))
@@ -171,15 +174,23 @@ def why_incomparable(names: list[str], first: Metrics, second: Metrics) -> str:
         return ""
     things = different(first, second)
     lost = [name for name, one in zip(names, (first, second), strict=True) if one.get("outcome", "completed") != "completed"]
-    starts = scored_from(first), scored_from(second)
+    apart = scored_from(first) != scored_from(second) and not lost
+    starts = f"those of {names[0]} count{counted(first)} and those of {names[1]}{counted(second)}" if apart else ""
     if lost and not things:
         return f"{' and '.join(lost)} {'was' if len(lost) == 1 else 'were'} lost, so the errors are not compared."
-    if starts[0] != starts[1] and not things:
-        counted = " and ".join(f"those of {name} count from {since:g} s on" for name, since in zip(names, starts, strict=True))
-        return f"Their errors do not say which is better: {counted}."
     if first.get("ended[s]") != second.get("ended[s]") and "paths" not in things and not lost:
         things = f"{things} and durations" if things else "durations"
-    return f"{names[0]} and {names[1]} fly different {things}, so their errors do not say which is better." if things else ""
+    so, why = (f"{names[0]} and {names[1]} fly different {things}, so their", "; ") if things else ("Their", ": ")
+    return f"{so} errors do not say which is better{f'{why}{starts}' if starts else ''}." if things or starts else ""
+
+
+def since(*contents: Metrics, always: str = "") -> str:
+    """From when on the errors of all count, after a blank. always: what is said where it is from the start."""
+    return f" from {start:g} s on" if (start := max(map(scored_from, contents))) else always
+
+
+counted = partial(since, always=" over the whole flight")
+"""Over which time the errors count."""
 
 
 def different(first: Metrics, second: Metrics) -> str:
@@ -194,18 +205,20 @@ CONDITIONS = "start", "wind", "disturbance", "sensors", "events"
 def conditions(*contents: Metrics) -> str:
     """In which of these two missions differ, with their winds, to begin a sentence; empty if in none."""
     told = {} if all("outcome" in one for one in contents) else {one: f"{one}s" for one in ("vehicle", "path", "controller")}
-    told |= dict(zip(CONDITIONS, CONDITIONS, strict=True))
+    if {"vehicle", "path"} - {*differing_keys(told, *contents)}:  # or nothing else is alike
+        told |= dict(zip(CONDITIONS, CONDITIONS, strict=True))
     winds = [in_words(section(section(one, "mission"), "wind")) for one in contents]
-    told["wind"] = f"wind ({'; '.join(winds)})" if winds[0] != winds[1] else "wind"
+    told |= {"wind": f"wind ({'; '.join(winds)})"} if winds[0] != winds[1] and "wind" in told else {}
     others = [told[one] for one in differing_keys(told, *contents)]
-    others += ["axes"] * (contents[0].get("axes") != contents[1].get("axes"))
+    further = {"axes": "axes", "failure": "limits"}
+    others += [said for key, said in further.items() if contents[0].get(key) != contents[1].get(key)]
     return f"With different {units.listed(others)}: " if others else ""
 
 
 def differing_keys(keys: Iterable[str], first: Metrics, second: Metrics) -> list[str]:
-    """Those of some keys of their missions in which two flights differ."""
+    """Those of some keys of their missions in which two flights differ; nothing is as good as an empty list."""
     sides = [section(one, "mission") for one in (first, second)]
-    return [key for key in keys if sides[0].get(key) != sides[1].get(key)]
+    return [key for key in keys if (sides[0].get(key) or None) != (sides[1].get(key) or None)]
 
 
 def numbers(content: Metrics) -> dict[str, float]:
@@ -234,7 +247,7 @@ def bad_loop(content: Metrics) -> str:
 
 def answer(names: list[str], first: Metrics, second: Metrics, shown: str) -> str:
     """Which is closer to its path, as far as known, and whether its loop is bad. shown: what is compared where it is not."""
-    errors, since = [numbers(one).get(RMSE) for one in (first, second)], scored_from(first)
+    errors = [numbers(one).get(RMSE) for one in (first, second)]
     if errors[0] is None or errors[1] is None:
         left = f"are not ranked: below are {shown}, side by side" if shown else "have no numbers to compare"
         return f"{names[0]} and {names[1]} {left}."
@@ -243,9 +256,8 @@ def answer(names: list[str], first: Metrics, second: Metrics, shown: str) -> str
     near, far = (0, 1) if errors[0] < errors[1] else (1, 0)
     ratio = errors[far] / errors[near] if errors[near] else math.inf  # type: ignore[operator]
     times = f"{units.number(ratio, 2)} times closer" if math.isfinite(ratio) else "closer"
-    over = f"from {since:g} s on" if since else "over the whole flight"
     but = f", but its loop is {loop} at rest" if (loop := bad_loop((first, second)[near])) else ""
-    return f"{names[near]} is {times} to its path than {names[far]}, by position RMSE {over}{but}."
+    return f"{names[near]} is {times} to its path than {names[far]}, by position RMSE{counted(first)}{but}."
 
 
 def value(one: float, unit: str, largest: float) -> str:

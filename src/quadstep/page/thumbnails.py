@@ -50,19 +50,19 @@ def thumbnail(*flights: tuple[io.BufferedReader, bool]) -> str:
         end = f"M{x - 6:.1f} {y - 6:.1f}l12 12m0-12l-12 12" if lost else f"M{x:.1f} {y:.1f}h0"
         stroke = 'stroke="var(--bad)" stroke-width="3"' if lost else f'stroke="var(--{colour})" stroke-width="6"'
         lines += [line(path, f'stroke="var(--{colour})" {dashes}stroke-width="1.6"'), f'<path d="{end}" {stroke}/>']
-    letters, fonts = (13, "") if len(flights) == 1 else (9, face(TEXT))  # two are drawn larger, beside the page's text
+    letters = 12 if len(flights) == 1 else 9  # two are drawn larger, beside the page's text
     wide, high = (f"{short(size)} m in {'xyz'[axis]}" for size, axis in zip(span, (across, up), strict=True))
     said = f"from {'above' if up == 1 else 'the side'}: {wide}, {high}"
     caption = f'<text x="{WIDE - 4:g}" y="{HIGH - 5:g}" text-anchor="end" {written(letters)}>{said}</text>'
-    return stamped(f'<g fill="none" stroke-linecap="round" stroke-linejoin="round">{"".join(lines)}</g>{caption}', fonts)
+    return stamped(f'<g fill="none" stroke-linecap="round" stroke-linejoin="round">{"".join(lines)}</g>{caption}')
 
 
-def stamped(content: str, fonts: str = "") -> str:
-    """Markup as an SVG of the size of a card's picture. fonts: as CSS."""
+def stamped(content: str) -> str:
+    """Markup as an SVG of the size of a card's picture, with the typeface of the page around it."""
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 {WIDE:g} {HIGH:g}">'
     )
-    return f"{head}<style>{colours.STYLE}{PLOT}{fonts}</style>{content}</svg>"
+    return f"{head}<style>{colours.STYLE}{PLOT}{face(TEXT)}</style>{content}</svg>"
 
 
 def written(letters: int) -> str:

@@ -59,7 +59,7 @@ def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any
         "metrics": list(campaign.metrics),
         "engine": engine,
         "campaign": campaign.text,
-        "mission": campaign.content,
+        "mission": campaign.defaults,
         "packages": {name: version(name) for name in PACKAGES},
         "machines": [machine()],
         "complete": False,
