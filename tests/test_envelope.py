@@ -394,6 +394,19 @@ def test_of_a_large_map_those_shown_and_the_worst_are_graded_and_how_many_are_no
     assert re.search(wanted, " ".join(run.out.split())), run.out
 
 
+def test_large_numbers_of_a_map_have_separators(tmp_path):
+    asked = request(saved(tmp_path), "path.duration=1:3:60", "disturbance.scale=0:3:50", flights=2000)
+    successes = np.full((1, 50, 60), 2000)
+    successes[0, :30] = 1500
+    cells = made(successes, 0.1, flights=2000)
+    cells = cells._replace(lacking={cell: ("large error",) * (cell > 5) for cell in range(1500)})
+    told = answer(Envelope(asked, cells, [MapPanel("", 3000, 1200, 0.85, {}, None)])).replace("\N{NO-BREAK SPACE}", " ")
+    assert {"1,200", "3,000", "1,494", "1,500", "2,000"} <= {*re.findall(r"[\d,]*\d", told)}, told
+    assert not re.search(r"\d{4}", told), told
+    failed = envelope.row(MapPanel("", 3000, 1200, 0.85, {"crashed": 1368}, None), 1.0)
+    assert failed[1:3] == ["3,000", "1,200"] and failed[5].startswith("1,368 "), failed
+
+
 def test_the_answer_says_where_the_map_can_be_flown_and_where_not(tmp_path):
     """Of any map, each cell that the first sentence names is as it says; values are told apart by the digits shown."""
     random, seen = np.random.default_rng(3), set()

@@ -106,9 +106,9 @@ class Map(Study[Envelope]):
         if one.replay is None:
             return one
         name = ", ".join(axis.in_words(cast("Value", one.replay.values[axis.key])) for axis in reversed(self.asked.axes))
-        of = f"{flight // self.asked.cells + 1} of {self.asked.flights}"
+        of = f"{flight // self.asked.cells + 1:,} of {self.asked.flights:,}"
         do = "succeed" if self.campaign.file.failure else "reach the end"
-        name += f" (flight {of}, of which {successes} {do})" * (self.asked.flights > 1)
+        name += f" (flight {of}, of which {successes:,} {do})" * (self.asked.flights > 1)
         return one._replace(replay=one.replay._replace(mission=one.replay.mission.model_copy(update={"name": name})))
 
 
@@ -137,7 +137,7 @@ def settings(request: Request) -> list[tuple[str, str]]:
         ("mission", str(request.campaign.defaults["name"])),
         *spans,
         *((label(request.campaign.mission, key), variation_text(file, key)) for key in file.keys if key not in keys(request)),
-        ("flights per cell", str(request.flights)),
+        ("flights per cell", f"{request.flights:,}"),
         ("seed, precision", f"{file.seed}, {file.precision}"),
         ("a flight fails", request.campaign.failing),
         ("a cell can be flown", f"if {enough(request)} succeed" if request.flights > 1 else "if its flight succeeds"),
@@ -183,6 +183,6 @@ def keys(request: Request) -> list[str]:
 
 def row(one: MapPanel, factor: float) -> list[str]:
     """A panel in the table, whose errors are in one unit."""
-    causes = ", ".join(f"{count} {LOOKS[name][2]}" for name, count in one.causes.items())
+    causes = ", ".join(f"{count:,} {LOOKS[name][2]}" for name, count in one.causes.items())
     rmse = " to ".join(units.number(factor * end) for end in one.rmse) if one.rmse else "–"
-    return [one.name or "the map", str(one.cells), str(one.flyable), units.percent(one.success), rmse, causes or "–"]
+    return [one.name or "the map", f"{one.cells:,}", f"{one.flyable:,}", units.percent(one.success), rmse, causes or "–"]

@@ -47,16 +47,16 @@ def answer(envelope: Envelope) -> str:
     did, do, can = ("succeeded", "succeed", "can be flown") if limited else ("reached the end", *["reach the end"] * 2)
     if asked.cells == 1:
         said = f"With {asked.x.in_words(asked.x.values[0])} and {asked.y.in_words(asked.y.values[0])}{names[0]}, "
-        said += f"{int(envelope.cells.successes.sum())} of {asked.flights} flights {did}"
+        said += f"{int(envelope.cells.successes.sum()):,} of {asked.flights:,} flights {did}"
     elif not flyable.any():
-        over = f"the {cells} {over}"
+        over = f"the {cells:,} {over}"
         none = f"In none of {over} did {enough(asked)} flights {do}" if several else f"None of {over} {can}"
         said = f"{none}{units.listed(names)}{best(envelope, do)}"
     else:
-        counts = [f"{'all' if flyable.all() else f'{one.flyable} of'} {cells}" for one in envelope.panels]
+        counts = [f"{'all' if flyable.all() else f'{one.flyable:,} of'} {cells:,}" for one in envelope.panels]
         parts = [f"{counts[0]} {over}{f' {can}' * (not several)}{names[0]}"]
         parts += [f"{count}{name}" for count, name in zip(counts[1:], names[1:], strict=True)]
-        many = f"all {asked.flights}" if (envelope.cells.share[flyable] == 1.0).all() else enough(asked)
+        many = f"all {asked.flights:,}" if (envelope.cells.share[flyable] == 1.0).all() else enough(asked)
         said = f"In {units.listed(parts)}, {many} flights {did}" if several else ", ".join(parts)
         said += ": the map shows no limit" * limited if flyable.all() else borders(envelope)
     judged = "; ".join(asked.campaign.judged[not limited :])
@@ -77,16 +77,16 @@ def as_commanded(envelope: Envelope) -> str:
     if not ended:
         return ". No flight that reaches the end is among those graded"
     lack = Counter(itertools.chain(*lacking.values())).most_common()
-    why = units.listed([f"{label} in {times}" if ended > 1 else label for label, times in lack])
+    why = units.listed([f"{label} in {times:,}" if ended > 1 else label for label, times in lack])
     none, shown = bad == ended, " graded flights" * bool(more)
     if ended == 1:
         said = f"the only one of the{shown or ' flights'} that reaches the end is{' not' * bad} as commanded"
     else:
         ends = " that reach the end" * (not none or bool(more and not envelope.cells.flyable.all()))
-        of = f"{'none' if none else bad or 'all'} of the {ended}{shown}{ends} {'is' if none or bad == 1 else 'are'}"
-        said = f"{of}{' not' * (0 < bad < ended)} as commanded"
+        of = f"{'none' if none else f'{bad:,}' if bad else 'all'} of the {ended:,}{shown}{ends}"
+        said = f"{of} {'is' if none or bad == 1 else 'are'}{' not' * (0 < bad < ended)} as commanded"
     why = f". {why[0].upper()}{why[1:]}" if none else f"{': ' * bool(why)}{why}"
-    said += why + f"; the other {'is' if more == 1 else f'{more} are'} not graded" * bool(more)
+    said += why + f"; the other {'is' if more == 1 else f'{more:,} are'} not graded" * bool(more)
     return f"; {said}" if none else f". {said[0].upper()}{said[1:]}"
 
 
@@ -103,12 +103,12 @@ def how_sure(envelope: Envelope) -> str:
     open_ones = np.array([one.low < FLYABLE <= one.high for one in ends])
     shown, out = (int((open_ones & of).sum()) for of in (good, ~good))
     rate, one = f"a success rate of {units.percent(FLYABLE)}", good.size == 1
-    told = [f"to show {rate}{'' if one else ' in any of these' if shown == good.sum() else f' in {shown} of these'}"] * bool(
+    told = [f"to show {rate}{'' if one else ' in any of these' if shown == good.sum() else f' in {shown:,} of these'}"] * bool(
         shown
     )
-    where = "" if one else f" in {out} of the {'others' if good.any() else 'combinations'}"
+    where = "" if one else f" in {out:,} of the {'others' if good.any() else 'combinations'}"
     told += [f"to rule {'it out' if shown else f'out {rate}'}{where}"] * bool(out)
-    return f" {asked.flights} flights are too few {units.listed(told, 'or')}." if told else ""
+    return f" {asked.flights:,} flights are too few {units.listed(told, 'or')}." if told else ""
 
 
 def best(envelope: Envelope, do: str) -> str:
@@ -120,7 +120,7 @@ def best(envelope: Envelope, do: str) -> str:
     where = zip((asked.by, asked.y, asked.x), np.argwhere(successes == most)[0], strict=True)
     at = units.listed([axis.in_words(axis.values[place]) for axis, place in where if axis][::-1])
     such = "the best" if (successes == most).sum() == 1 else "one of the best"
-    return f"; in {such}, {at}, {most} of {asked.flights} flights {do}"
+    return f"; in {such}, {at}, {most:,} of {asked.flights:,} flights {do}"
 
 
 def borders(envelope: Envelope) -> str:
@@ -185,7 +185,7 @@ def idle(envelope: Envelope) -> str:
 def enough(request: Request) -> str:
     """How many of its flights must succeed for a combination to count as flyable."""
     flights = request.flights
-    return f"all {flights}" if needed(flights) == flights else f"at least {needed(flights)} of {flights}"
+    return f"all {flights:,}" if needed(flights) == flights else f"at least {needed(flights):,} of {flights:,}"
 
 
 def caption(envelope: Envelope, linked: bool) -> str:
@@ -204,7 +204,7 @@ def caption(envelope: Envelope, linked: bool) -> str:
     if (struck := seen & ~cells.flyable).any() and cells.flyable.any():
         lines.append(f"Struck through: {units.counted(int(struck.sum()), 'cell')} in which {too_few(envelope.asked.flights)}.")
     if cells.crossed and len(cells.lacking) < cells.successes.sum():
-        lines.append(f"Crosses: {len(cells.crossed)} of the {len(cells.lacking)} flights that are graded.")
+        lines.append(f"Crosses: {len(cells.crossed):,} of the {len(cells.lacking):,} flights that are graded.")
     if linked:
         lines.append(f"Circles: click one to see {'a' if several else 'the'} flight of that cell.")
     return "\n".join(lines)

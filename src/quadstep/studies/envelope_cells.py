@@ -27,7 +27,7 @@ def needed(flights: int) -> int:
 
 
 def too_few(flights: int) -> str:
-    return f"fewer than {needed(flights)} of {flights} succeed"
+    return f"fewer than {needed(flights):,} of {flights:,} succeed"
 
 
 OVER_LIMIT = "over-limit"
