@@ -192,7 +192,7 @@ class Compared(NamedTuple):
 
 
 BETTER = "The tuned gains are better{where}."
-FLY_BETTER = "Though they do not keep every constraint, the tuned gains fly better{where}."
+FLY_BETTER = "Though they {do} keep every constraint, the tuned gains fly better{where}."
 WORSE = "The tuned gains are WORSE{where}: do not use them."
 SAME = "No firm evidence that the tuned gains are better{where}; more flights (tune.seeds, --budget) or wider ranges may help."
 UNCHANGED = "No better gains were found: tuned.toml has the current ones."
@@ -218,21 +218,27 @@ def compare(judge: Judge, present: CandidateFlights, tuned: CandidateFlights, ch
     values = {row.name: row.tuned.value for row in reported if row.tuned and row.name in limits}
     missed = [said for name, value in values.items() if (said := shortfall(name, value, limits[name]))]
     kept = {"completed": (*shares_of(present.completed, tuned.completed), math.nan)}
-    kept = kept if judge.section.of_flights and not both.all() else {}
+    kept, open_ones = kept if judge.section.of_flights and not both.all() else {}, 0
     for name, limit in judge.section.of_flights.items():
         found = shares_of(*(flown.completed & limit.keeps(flown.metric(name)) for flown in (present, tuned)))
         words, unit = units.metric(present.names[name])
         (asked,) = units.in_one_unit([(limit.value, math.nan, math.nan)], unit)
         what = f"{words} at {'least' if limit.most is None else 'most'} {asked}".replace("\N{NO-BREAK SPACE}", " ")
         kept[what] = (*found, limit.share)
-        if found[1].value < limit.share and count > 1:  # a flight alone is that used for tuning
-            missed.append(
-                f"{what} in {units.percent(*found[1])} of {count} unseen flights, {units.percent(limit.share)} asked"
-            )
-    said = (FLY_BETTER if better and missed else verdict).format(where=where)
+        state, of = as_asked(found[1], limit.share, count == 1), f"{units.percent(*found[1])} of {count:,} unseen flights"
+        missed += [f"{what} in {of}, {units.percent(limit.share)} asked"] * (state == "not met" and count > 1)  # else known
+        open_ones += state == "undecided"
+    do = "do not" if missed else "are not shown to"
+    said = (FLY_BETTER if better and (missed or open_ones) else verdict).format(where=where, do=do)
     weighed = [present.names[name] for name in judge.section.objective]
     shown = (shares[0], shares[1]), success, objective, reported, said, better, limits, missed, kept, change, weighed
     return Compared(count, *shown)
+
+
+def as_asked(found: Estimate, asked: float, alone: bool) -> str:
+    """Whether a share is as large as asked, at 95 % confidence; where all are asked, of those flown."""
+    low, high = (found.value, found.value) if alone or asked == 1.0 else found[1:]
+    return "met" if low >= asked else "not met" if high < asked else "undecided"
 
 
 def shares_of(before: NDArray[np.bool_], after: NDArray[np.bool_]) -> tuple[Estimate, Estimate, Estimate]:

@@ -18,7 +18,7 @@ from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.studies.tuning.convergence import gain_texts
 from quadstep.studies.tuning.ground import TuningRequest
-from quadstep.studies.tuning.objective import AGGREGATES, NEGLIGIBLE, UNCHANGED, Compared, Row, certain_sign
+from quadstep.studies.tuning.objective import AGGREGATES, NEGLIGIBLE, UNCHANGED, Compared, Row, as_asked, certain_sign
 from quadstep.studies.tuning.search import SearchResult
 
 HEADER = ("", "current", "tuned", "tuned - current")
@@ -172,7 +172,8 @@ def measured_rows(compared: Compared) -> list[list[str]]:
     alone, one = compared.flights == 1, len(compared.kept) == 1  # constraint, which is success then
     kept = [
         shares(
-            f"{'success: ' * one}{what}{f', in {units.percent(asked)} of the flights' * (asked > 0.0 and not alone)}",
+            f"{'success: ' * one}{what}{f', in {units.percent(asked)} of the flights' * (asked > 0.0 and not alone)}"
+            f"{' flown' * (asked == 1.0 and not alone)}",
             alone,
             found,
             asked,
@@ -281,7 +282,7 @@ def shares(words: str, alone: bool, found: Sequence[Estimate], asked: float = ma
     """A row of shares of flights with current and tuned gains, whether they are as large as asked, and the difference."""
     cells = [units.percent(*(one[:1] if alone else one)) for one in found[:2]]
     if not math.isnan(asked):
-        cells = [f"{cell}, {'met' if one.value >= asked else 'not met'}" for cell, one in zip(cells, found, strict=False)]
+        cells = [f"{cell}, {as_asked(one, asked, alone)}" for cell, one in zip(cells, found, strict=False)]
     value, *ends = (f"{100.0 * one + 0.0:+.3g}" for one in found[2])
     between = f" [{', '.join(ends)}]" * (math.isfinite(found[2].low) and not alone)
     return [words, *cells, f"{value}{between} points".replace("-", "−")]
