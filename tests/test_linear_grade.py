@@ -27,6 +27,8 @@ from tests.missions import EXAMPLES
 from tests.pages import data_of
 from tests.quick_gains import QUICK
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 HOLD = {"type": "step", "start": [0.0, 0.0, 2.0], "end": [0.0, 0.0, 2.0], "duration": 5.0}
 
 
