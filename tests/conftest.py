@@ -17,7 +17,7 @@ from quadstep.commands.cli import SELDOM
 from quadstep.report import bars
 from tests import durations
 from tests.browsers import browsers, chromium, open_page  # noqa: F401 (fixtures)
-from tests.commands import without_figures, without_grade
+from tests.commands import replace, without_figures, without_grade
 from tests.needs import NEEDS, POLICY, Need, needs
 
 ROOMS = "certify", "completion", "proofs", "prove", "region", "theory", "verify"
@@ -59,6 +59,7 @@ def studies_here(monkeypatch: pytest.MonkeyPatch) -> None:
     from tests.studies import studies_in_this_process
 
     studies_in_this_process(monkeypatch)
+    replace(monkeypatch, "quadstep.studies.comparison.cost.nanoseconds", lambda law, idle: (2.0, 1.0))
 
 
 @pytest.fixture(scope="module")

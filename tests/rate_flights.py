@@ -104,45 +104,83 @@ def random_axes(random: np.random.Generator, count: int, after: bool = False) ->
     return Axis(effect, lag, delay, cut, slope, p, i, d, attitude, period * same, target, error, after * same)
 
 
+FEW = 8
+"""Vehicles that are flown sooner one by one, on Python's floats: arrays of so many numbers take ten times as long as one."""
+
+
 def flown(axis: Axis, wanted: np.ndarray, noise=0.0, gust=0.0, seed=0, every=4, ring=None, stops=None, throttle=None,
           limit=math.inf):  # fmt: skip
     """Setpoint, filtered rate [rad/s] and command as logged, each (samples, n), every so many periods. wanted (samples, n):
     exogenous part of the rate setpoint. noise: of the gyro [rad/s], gust: disturbance [rad/s^2], standard deviations. ring,
     stops: as in `Axis.opened`; throttle (samples,): over the usual one; limit: the largest command that motors follow.
     """
-    random = np.random.default_rng(seed)
-    count, period, after = len(axis.p), axis.period, axis.after > 0.5
+    count = len(axis.p)
+    stop = None if stops is None else notch(*stops, axis.period)
     rotors, *shares, by = axis.shares
-    speed, rate, angle, before, slope, integral, first, second, r, aim, e = (np.zeros(count) for _ in range(11))
-    waiting, sway, shake = np.zeros((8, count)), np.zeros(count), np.zeros(count)
-    by_notch, past = None if stops is None else notch(*stops, axis.period), Vector([np.zeros(count)] * 4)
+    parts = axis, (rotors, *shares), by, stop, ring, (noise, gust)
+    normal = noises(np.random.default_rng(seed), 2 if ring is None else 3, count)
+    if count > FEW:
+        many = np.where, lambda u: np.minimum(np.maximum(u, -limit), limit), np.zeros(count), np.arange(count)
+        rows = rows_of(parts, wanted, normal, every, throttle, *many)
+        return tuple(np.array(column) for column in zip(*rows, strict=True))
+    drawn = np.array([one for _, one in zip(wanted, normal, strict=False)]).transpose(2, 0, 1).tolist()
+    one = (lambda after, yes, no: yes if after else no), (lambda u: min(max(u, -limit), limit)), 0.0, None
+    turns = None if throttle is None else throttle.tolist()
+    alone = [
+        rows_of(picked(parts, place, count), wanted[:, place].tolist(), drawn[place], every, turns, *one)
+        for place in range(count)
+    ]
+    return tuple(np.array(alone).transpose(2, 1, 0))
+
+
+def picked(part, place, count):
+    """The numbers of one of so many vehicles."""
+    if isinstance(part, tuple):
+        inner = [picked(one, place, count) for one in part]
+        return type(part)(*inner) if hasattr(part, "_fields") else tuple(inner)
+    return None if part is None else np.broadcast_to(part, count)[place].item()
+
+
+def noises(random, kinds, count):
+    """Of every sample (kinds, count)."""
+    while True:
+        yield from random.normal(size=(100, kinds, count))
+
+
+def rows_of(parts, wanted, normal, every, throttle, choose, limited, zero, places):
+    """What is logged, of one vehicle or of many."""
+    axis, (rotors, sloping, targeting, erring), by, stop, ring, (noise, gust) = parts
+    period, after = axis.period, axis.after > 0.5
+    speed = rate = angle = before = slope = integral = first = second = r = aim = e = sway = shake = zero
+    waiting, past = [zero] * 8, Vector([zero] * 4)
     rows = []
-    for k, w in enumerate(wanted):
-        told = rate + shake + noise * random.normal(size=count)
+    for k, (w, (felt, blown, *shaken)) in enumerate(zip(wanted, normal, strict=False)):
+        told = rate + shake + noise * felt
         angle = angle + period * told  # as estimators have it, from the gyro
-        quiet, past = (told, past) if by_notch is None else notched(by_notch, past, told)
+        quiet, past = (told, past) if stop is None else notched(stop, past, told)
         new = quiet - first * by.a1 - second * by.a2
         smooth = by.b * (new + 2.0 * first + second)
         first, second = new, first
         earlier, r = r, w - axis.attitude * angle
-        aim = aim + shares[1] * (np.where(after, earlier, r) - aim)
-        last, e = e, e + shares[2] * (aim - smooth - e)
-        slope += shares[0] * (np.where(after, e - last, before - smooth) / period - slope)
+        aim = aim + targeting * (choose(after, earlier, r) - aim)
+        last, e = e, e + erring * (aim - smooth - e)
+        slope = slope + sloping * (choose(after, e - last, before - smooth) / period - slope)
         before = smooth
         grown = integral + axis.i * period * e
-        u = axis.p * e + np.where(after, grown, integral) + axis.d * slope
+        u = axis.p * e + choose(after, grown, integral) + axis.d * slope
         integral = grown
-        waiting[k % 8] = np.clip(u, -limit, limit)
-        speed += rotors * (waiting[(k - axis.delay) % 8, np.arange(count)] - speed)
-        rate = rate + period * (axis.effect * speed + gust * random.normal(size=count))
+        waiting[k % 8] = limited(u)
+        late = waiting[int(k - axis.delay) % 8] if places is None else np.array(waiting)[(k - axis.delay) % 8, places]
+        speed = speed + rotors * (late - speed)
+        rate = rate + period * (axis.effect * speed + gust * blown)
         if ring is not None:
             omega = 2.0 * math.pi * ring.at * (1.0 if throttle is None else throttle[k] ** ring.moves)
-            push = ring.by_torque * axis.effect * speed + ring.by_wind * random.normal(size=count)
+            push = ring.by_torque * axis.effect * speed + ring.by_wind * shaken[0]
             shake = shake + period * (push - 2.0 * ring.damping * omega * shake - omega**2 * sway)
             sway = sway + period * shake
         if k % every == 0:
             rows.append((r, smooth, u))
-    return tuple(np.array(column) for column in zip(*rows, strict=True))
+    return rows
 
 
 def stepped(random: np.random.Generator, duration: float, size: float = 0.4, period: float = PERIOD):
