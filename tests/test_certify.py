@@ -217,7 +217,7 @@ def test_a_flight_that_starts_outside_b_r_and_falls_there_is_sign_consistent():
     assert kind(c) == "sign consistent"
     assert c.outside.sum() > 0
     assert c.entered > 0
-    assert answer(c).startswith("This flight agrees with Theorem 5.1: its conditions hold, and L fell at each of the")
+    assert answer(c).startswith("This flight agrees with Theorem 5.1: its conditions hold, and L fell wherever the error was")
     assert facts(c)[1][1:3] == ("fell", f"at each of {c.outside.sum()} samples")
 
 

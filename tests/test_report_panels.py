@@ -21,9 +21,11 @@ from quadstep.report.panels import (
     jobs_to_draw,
     labels_of,
     of_attitude,
+    of_marks,
     of_others,
     of_path,
     other_panels,
+    seen_moments,
     with_quiet_marks,
 )
 from quadstep.report.sheet import COLUMN, PHONE, Sheet, sheet
@@ -111,6 +113,12 @@ def test_a_flight_without_an_error_is_not_farthest_anywhere():
     assert (path.caption, position.caption) == ("The vehicle never leaves its path.", "No axis has an error.")
 
 
+def test_lines_where_errors_begin_to_count_are_explained():
+    log = FlightLog({"t": "s"}, np.zeros((1, 1)), Outcome.COMPLETED, 4.0, None)
+    assert "dashed lines" in of_marks(seen_moments(log, (), 1.0))
+    assert of_marks(seen_moments(log, (EventMark(2.0, "", "a waypoint"),))) == ""
+
+
 def test_a_path_that_leaves_its_picture_says_so():
     t = np.linspace(0.0, 4.0, 401)
     columns = {"t": "s", **dict.fromkeys(("x", "y", "z", "x_d", "y_d", "z_d"), "m")}
@@ -120,7 +128,7 @@ def test_a_path_that_leaves_its_picture_says_so():
     )
     path, position, *_ = jobs = flight_jobs(log, "A flight")
     since = t[np.flatnonzero(np.abs(z) <= 0.1)[-1] + 1]
-    assert path.caption.startswith(f"The vehicle is more than 100\u00a0mm from its path from {since:.3g} s on.")
+    assert path.caption.startswith(f"The vehicle stays more than 100\u00a0mm from its path from {since:.3g} s on.")
     assert path.caption.endswith(" The circle marks the start; the end is beyond the view along z.")
     bent = replace(path.track, flown=path.track.flown + np.outer(t * (4.0 - t), (0.0, 0.2, 0.0)))  # seen from above too
     assert of_path(log, bent).endswith(" The circle marks the start, the cross the end, which is beyond the view along z.")

@@ -19,6 +19,7 @@ from quadstep.report.units import label, power_of_ten, rich, typed
     ("norm of weights", "norm of weights", "norm of weights"),
     ("to 10 m", "to 10\u00a0m", "to 10 m"),
     ("27 um, 3 urad; um", "27\u00a0µm, 3\u00a0µrad; um", "27 µm, 3 µrad; um"),
+    ("at 1 N m s, 2 N s/m", "at 1\u00a0N\u00a0m\u00a0s, 2\u00a0N\u00a0s/m", "at 1 N $m$ $s$, 2 N $s$/$m$"),
     ("$r$", "$r$", "$r$"),
     ("|r|^2", "|r|\u2060²", "|$r$|²"),
     ("C^T", "C<sup>T</sup>", "$C$^$T$"),

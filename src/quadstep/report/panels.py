@@ -51,7 +51,7 @@ def of_path(log: FlightLog, track: Track) -> str:
     near = 10.0 ** (math.floor(math.log10(max(distance[worst], 1e-300))) - 2)  # a hundredth, or less
     if lost and distance[-1] > near:
         since = int(np.flatnonzero(np.append(True, distance <= near))[-1])
-        said = f"The vehicle is more than {quantity(near, 'm')} from its path from {at(t, since)} on"
+        said = f"The vehicle stays more than {quantity(near, 'm')} from its path from {at(t, since)} on"
     said = said if distance[worst] else "The vehicle never leaves its path"
     if not track.views:
         return f"{said}."
@@ -299,7 +299,7 @@ def seen_moments(log: FlightLog, moments: Sequence[EventMark], since: float = 0.
 def of_marks(moments: Sequence[EventMark]) -> str:
     """What these look like over time, to follow a caption."""
     lasting = " Strips show how long something lasts; dashed lines, in every figure, where it begins and ends."
-    return lasting if any(one.word and one.until > one.time > 0.0 for one in moments) else ""
+    return lasting if any(one.word and one.until > one.time for one in moments) else ""
 
 
 def with_quiet_marks(jobs: Sequence[FigureJob]) -> list[FigureJob]:

@@ -23,8 +23,11 @@ NAME = re.compile(r"(?<![\w.])(?!T\d\b)([^\W\d_]+)(\d?)((?:_[^\W_]+)*)(?![\w]|\.
 number of a statement (T1 to T16)."""
 
 UNITS = frozenset(("m", "s", "N", "J", "W", "V", "g"))
-MEASURE = re.compile(r"(?<=[\d\]∞⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=(?:%|[nµmkMG]?(?:m|s|g|N|J|W|V|Hz|rad)[²³]?)(?![\w²³]))")
-"""The space before a unit."""
+MEASURE = re.compile(
+    r"(?<=[\d\]∞⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=(?:%|[nµmkMG]?(?:m|s|g|N|J|W|V|Hz|rad)[²³]?)(?![\w²³]))"
+    r"|(?<=\bN) (?=[ms]\b)|(?<=\bN m) (?=s\b)"
+)
+"""The space before a unit, or within that of a torque."""
 
 POWERS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 

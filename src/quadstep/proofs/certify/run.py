@@ -111,9 +111,10 @@ ASKED = (
 )
 BALL = (
     "L (Eq. 55) joins all errors in one energy: the filtered errors r = (r_1, r_2), their integrals, and how far the weights "
-    "of the nets are from ideal ones. Theorem 5.1 promises that L falls while |r| > b_r = (kappa W_B^2 / 4 + eps_N) / K_min, "
-    "where W_B is the size of the ideal weights and eps_N the largest error that even they leave, not only of the disturbance "
-    "but of the torque that turns the vehicle as commanded (Eq. 33). As in the paper, |r| mixes m/s and rad/s."
+    "of the nets are from ideal ones. Theorem 5.1 promises that L falls while |r| > b_r = (kappa W_B^2 / 4 + eps_N) / K_min "
+    "and, unless r = 0, while the error of the weights |W_tilde| > b_w (Eq. 65). W_B is the size of the ideal weights and "
+    "eps_N the largest error that even they leave, not only of the disturbance but of the torque that turns the vehicle as "
+    "commanded (Eq. 33). As in the paper, |r| mixes m/s and rad/s."
 )
 CHANGED = (
     "The terms of dL/dt are those of a command that changes continuously; the flown one is held from sample to sample, and "

@@ -65,7 +65,8 @@ TESTING = "examples/theorem_tested.toml"
 ANSWERS = {
     "conditions broken": "is not covered by the proof of Theorem 5.1: ",
     "untested": f"meets the conditions of Theorem 5.1 but does not test it: {INSIDE}",
-    "sign consistent": "agrees with Theorem 5.1: its conditions hold, and L fell at each",
+    "sign consistent": "agrees with Theorem 5.1: its conditions hold, and L fell wherever the error was outside "
+    "the ball b_r, at",
     "rising between samples": "leaves Theorem 5.1 undecided: its conditions hold, and dL/dt is negative wherever it should "
     "be, but a command is held for a control period, in which the error can leap over the ball",
     "contradicted": "contradicts Theorem 5.1: its printed conditions hold, yet L rose where it should fall",
@@ -78,7 +79,7 @@ def answer(c: FlightCertificate) -> str:
     what, broken, lost = standing(c), "; ".join(c.conditions.broken()), kind(c) == "lost"
     more = {
         "conditions broken": broken,
-        "sign consistent": f" of the {c.outside.sum():,} of {len(c.outside):,} samples that lie outside the ball b_r",
+        "sign consistent": f" {c.outside.sum():,} of {len(c.outside):,} samples",
         "rising between samples": f": {rises(c)}",
         "contradicted": f". At {contradicting(c).sum():,} of the {c.outside.sum():,} samples outside the ball b_r, dL/dt was "
         f"not negative, mostly because of {TERMS[culprit(c)][1]}",
