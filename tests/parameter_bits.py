@@ -22,7 +22,7 @@ from quadstep.studies.campaign.draws import draw
 from quadstep.studies.campaign.planner import planner
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of, read_campaign
 from quadstep.studies.comparison.cells import shipped_study
-from quadstep.studies.tuning.ground import read_request
+from quadstep.studies.tuning.ground import tuning_request
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 CONTROLLERS = tuple(controllers(Measured))
@@ -127,7 +127,7 @@ def digests(every):
             if "path" in content and content["path"]["type"] != "recorded":  # one of ours is below
                 yield f"example {path.stem}", of_plan(plan_mission(read_mission(path), path))
             if "tune" in content:
-                tuned = read_request(path)
+                tuned = tuning_request(path, "", content, path.parent)
                 places = np.linspace(0.0, 1.0, 23)
                 values = [gain.range.value(place) for gain in tuned.gains for place in places]
                 yield f"candidates of {path.stem}", digest(values, tuned.start)
