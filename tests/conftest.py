@@ -26,7 +26,7 @@ PROOFS = tuple(f"test_{name}" for name in (*ROOMS, "control_mutations"))
 `make test-proofs` runs them.
 """
 
-QUICK, BROWSED = 0.1, 1.5
+QUICK, BROWSED = 0.04, 1.5
 """About what a test takes that is not recorded as slow, and one that opens a page in a browser [s]."""
 BROWSERS = frozenset(("browsers", "firefox"))
 """Fixtures."""
