@@ -146,7 +146,7 @@ def test_a_control_of_what_the_campaign_varies_is_refused_in_words(open_page):
     page.click("#reset")
     assert page.evaluate("quadstep.rate().done")  # as counted before
     page.evaluate("quadstep.setControl('k_x', [13, 14, 16])")  # at once: the flights of the file are still known
-    page.wait_for_function("() => document.querySelector('#rate-words').textContent.includes('fail with the original values')")
+    page.wait_for_function("() => document.querySelector('#rate-words').textContent.includes('with the original values (')")
     assert page.locator("#margins").inner_text() == "Margins of the changed loop: run quadstep linear"
     page.click("#reset")
     assert "changed" not in page.locator("#margins").inner_text()
@@ -157,7 +157,7 @@ def test_a_control_of_what_the_campaign_varies_is_refused_in_words(open_page):
 def test_a_page_that_opens_with_other_values_counts_the_original_ones_too(open_page):
     page = open_page("#set=k_x:12,14,16")
     page.wait_for_function("() => document.querySelector('#rate .note').textContent.includes('Outline: ')")
-    assert " fail with the original values: " in page.locator("#rate-words").inner_text()
+    assert "with the original values (" in page.locator("#rate-words").inner_text()
     changed = page.evaluate("quadstep.rate()")
     page.click("#reset")
     original = page.evaluate("quadstep.rate()")  # as counted behind the others
@@ -209,6 +209,22 @@ def test_while_nothing_is_counted_no_count_is_shown(open_page):
       quadstep.setControl('k_x', [12, 14, 16]);
     })""")
     assert said == ["Counting…", True]
+
+
+@needs(CHROMIUM)
+def test_a_control_that_comes_to_rest_where_it_was_keeps_the_count(open_page):
+    page = open_page()
+    page.wait_for_function("() => quadstep.rate()?.done")
+    flown = page.evaluate("""() => {
+      quadstep.setControl('k_x', [12, 14, 16]);
+      return new Promise((tell) => setInterval(() => {
+        const flown = quadstep.rate().flown;
+        if (!flown) return;
+        quadstep.setControl('k_x', [12, 14, 16]);
+        tell([flown, quadstep.rate().flown]);
+      }));
+    }""")
+    assert flown[1] >= flown[0] > 0
 
 
 @needs(CHROMIUM)

@@ -230,7 +230,8 @@ def test_the_page_counts_the_failures_of_the_report_where_the_slider_is(open_pag
         said = f"document.querySelector('#rate-words').innerText.startsWith('{count} of 48')"
         page.wait_for_function(f"() => quadstep.rate()?.done && {said}")
     difference = failed["difference"]
-    said = " {} fail with the original values: {:.1f} points fewer ({:.1f} to {:.1f})."
+    said = " That is {1:.1f} points more than with the original values ({0}; "
+    said += "95 % interval of the difference {2:.1f} to {3:.1f})."
     shown = [100.0 * difference[part] for part in ("value", "low", "high")]
     assert page.locator("#rate-words").inner_text().endswith(said.format(counts[0], *shown))
     assert page.locator("#controls .group input[type=range]").first.get_attribute("aria-label").startswith("pid rate.roll kp")

@@ -1,7 +1,7 @@
 // How often flights like the one on the screen fail: a sentence and a histogram that follow the controls.
 
 import type { FlightData, PageData, Rate } from "../data/contract";
-import { type Inputs, inputs } from "../data/engine";
+import { inputs } from "../data/engine";
 import { controllerOf, fresh } from "../data/settings";
 import { CanvasSurface } from "../plots/canvas";
 import { ticks as marks } from "../plots/ticks";
@@ -28,6 +28,7 @@ export class RatePanel {
   private rate: Rate | undefined;
   private usual: readonly number[] = [];
   private own: Setting | undefined; // as the file has it
+  private now: Setting | undefined; // of the tally
   private before: Tally | undefined; // its flights
   private counted: Tally | undefined; // what flies now
   private readonly most = new Map<Metric, number>(); // the right end of each histogram
@@ -56,16 +57,18 @@ export class RatePanel {
     const setting = this.setting(shown, rate);
     this.note.hidden = this.pictures.hidden = setting === undefined;
     if (!setting) {
-      pool.fly(this.tally = this.counted = undefined);
+      pool.fly(this.tally = this.counted = this.now = undefined);
       const own = controllerOf(data, shown.settings.controller) === data.controllers[0];
       this.words.textContent = `The campaign ${own ? `varies ${rate.keys.join("; ")} itself; restore the original value${rate.keys.length > 1 ? "s" : ""}` : "flies the mission’s controller; restore it"} to see the failure rate.`;
       return;
     }
-    const own = this.own !== undefined && alike(setting.given, this.own.given);
+    if (this.now && alike(setting, this.now)) return; // a control came to rest where it was
+    this.now = setting;
+    const own = this.own !== undefined && alike(setting, this.own);
     this.tally = own && this.before?.done ? this.before : new Tally(rate);
     if (own) this.before = this.tally;
     this.count(this.tally, setting);
-    this.request();
+    this.draw(); // at once, or the count before would stand beside the new values
   }
 
   private count(tally: Tally, setting: Setting): void {
@@ -94,7 +97,7 @@ export class RatePanel {
     const given = controller && inputs(this.page, data, controller, fresh(data));
     this.own = given ? { given, law: this.page.laws[controller.law]!, last: given.ticks.last } : undefined;
     this.usual = data.rate && this.own ? varied(data.rate, this.own) : [];
-    this.before = undefined;
+    this.before = this.now = undefined;
   }
 
   /** What the campaign flies with; undefined where a control set what the campaign varies, or another controller flies. */
@@ -233,14 +236,15 @@ function paired(tally: Tally, before: Tally | undefined): Node[] {
   const { value, low, high } = shareDifference(more, fewer, tally.flown);
   const [least, most] = value < 0 ? [-high, -low] : [low, high];
   const points = (share: number): string => number(100 * share, 3);
-  const difference = `${points(Math.abs(value))} points ${value < 0 ? "more" : "fewer"} (${points(least)} to ${points(most)})`;
-  return [document.createTextNode(` ${before.failures} fail with the original values: ${value ? difference : `no difference (${points(low)} to ${points(high)} points)`}${least > 0 || !value ? "" : ", which may be chance"}.`)];
+  const told = value ? `${points(Math.abs(value))} points ${value < 0 ? "fewer" : "more"} than` : "as many as";
+  const may = least > 0 || !value ? "" : ", which may be chance";
+  return [document.createTextNode(` That is ${told} with the original values (${before.failures}; 95 % interval of the difference ${points(least)} to ${points(most)}${value ? "" : " points"})${may}.`)];
 }
 
 /** Whether two settings fly with the same numbers. */
-function alike(one: Inputs, other: Inputs): boolean {
+function alike(one: Setting, other: Setting): boolean {
   const same = (a: ArrayLike<number>, b: ArrayLike<number>): boolean => a.length === b.length && Array.from(a).every((value, i) => Object.is(value, b[i]));
-  return same(one.parameters, other.parameters) && same(one.start, other.start);
+  return one.last === other.last && same(one.given.parameters, other.given.parameters) && same(one.given.start, other.given.start);
 }
 
 /** To one or two significant digits, upwards. */
