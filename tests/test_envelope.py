@@ -29,9 +29,9 @@ from quadstep.studies import study as study_module
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, Chunk, Flyer, on_lanes
 from quadstep.studies.campaign.single import flown_again
 from quadstep.studies.envelope import Map, watched
-from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, how_sure
+from quadstep.studies.envelope_answer import Envelope, MapPanel, along, answer, caption, how_sure
 from quadstep.studies.envelope_cells import CAUSES, Cells, cells_of, middle
-from quadstep.studies.envelope_map import LOOKS, by_success, draw_panel, draw_slices, legend, scale
+from quadstep.studies.envelope_map import LOOKS, by_success, draw_panel, draw_scale, draw_slices, legend, scale
 from quadstep.studies.envelope_request import NOISY_FLIGHTS, request
 from quadstep.studies.study import run
 from tests.campaigns import MASS, NOISY, SHORT, written
@@ -234,7 +234,7 @@ def test_errors_are_said_to_be_those_of_flyable_cells_or_of_coloured_ones(tmp_pa
     asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2", flights=4)
     cells = made([[[4, 4, 3], [2, 1, 0]]], [[[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]], flights=4)
     found = Envelope(asked._replace(random=True), cells, [MapPanel("", 6, 2, 0.5, {}, (0.1, 0.2))])
-    told = "Colour: median position RMSE, 100 mm to 400 mm; lighter means larger."
+    told = "Colour: median position RMSE, 100 to 400 mm; lighter means larger."
     causes = np.zeros_like(cells.causes)
     causes[..., 0] = cells.causes.sum(axis=-1)
     both = causes.copy()
@@ -616,6 +616,43 @@ def test_the_lines_beside_the_map_are_its_errors_where_it_has_colours(tmp_path, 
         known = line.get_ydata()[np.isfinite(line.get_ydata())]
         assert (ends.y0, ends.y1) == pytest.approx((0.5 * known.min(), 2.0 * known.max()))
     assert not draw_slices(tmp_path / "slices", asked, made([[[1, 0, 0], [0, 0, 0]]], 0.1), Sheet()), "one point is no line"
+
+
+def test_the_lines_are_said_to_cross_only_where_chance_would_not_make_them(tmp_path):
+    """Values of y that make no difference: no two lines are said to differ. True ones: as the medians do."""
+    asked = request(saved(tmp_path), "path.duration=4:12:9", "disturbance.scale=0:3:3", flights=20)._replace(random=True)
+    random, told = np.random.default_rng(5), 0
+    for turn in range(1000):
+        law = random.standard_normal if turn % 2 else random.standard_cauchy
+        spread, _ = middle(np.abs(law((20, 27))))
+        cells = made(np.full((1, 3, 9), 20), spread[1].reshape(1, 3, 9), flights=20)
+        told += "larger" in along(Envelope(asked, cells._replace(spread=spread.reshape(-1, 1, 3, 9)), []))
+    assert told == 0
+    rmse = np.full((1, 3, 9), 0.4)
+    rmse[0, -1] = [1.0, 0.4, *[0.2] * 7]
+    cells = made(np.full((1, 3, 9), 20), rmse, flights=20)
+    cells = cells._replace(spread=rmse * [[[[0.8]]], [[[1.0]]], [[[1.2]]]])
+    said = along(Envelope(asked, cells, [])).replace("\N{NO-BREAK SPACE}", " ")
+    assert said == (
+        "The same errors. With disturbance scale = 3 they are larger than with disturbance scale = 0 where the path "
+        "duration is 4 s and smaller where the path duration is at least 6 s."
+    )
+    for plain in (cells._replace(spread=cells.spread[:, :, ::-1]), cells._replace(spread=np.stack([rmse, rmse, 9.0 * rmse]))):
+        assert ("smaller" in along(Envelope(asked, plain, []))) == (plain.spread[0, 0, 0, 0] > 0.5)
+    assert along(Envelope(asked._replace(flights=5), cells, [])) == "The same errors.", "few flights say little of others"
+
+
+@pytest.mark.parametrize(("most", "unit", "ticks"), [(1.01, "m", ["0.3", "0.4", "0.6", "1"]), (0.5, "mm", ["300", "400"])])
+def test_a_map_has_its_errors_in_one_unit_with_ticks_where_most_of_them_are(tmp_path, most, unit, ticks):
+    asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:3:2")
+    cells, figure = made([[[1] * 3] * 2], [[[0.239, 0.3, 0.3], [0.3, 0.4, most]]]), Figure()
+    draw_scale(figure, np.array([[figure.subplots()]]), scale(cells), asked)
+    bar, found = figure.axes[-1], Envelope(asked, cells, [])
+    figure.draw_without_rendering()
+    low, high = bar.get_xlim()
+    seen = [one.get_text() for one in bar.get_xticklabels() if low <= one.get_position()[0] <= high]
+    assert bar.get_xlabel() == f"position RMSE [{unit}]" and {*ticks} <= {*seen}, seen
+    assert re.search(rf" to \S+\s{unit}; lighter", caption(found, linked=False))
 
 
 def test_a_cell_under_the_pointer_says_why_flights_fail_not_that_most_do(tmp_path):

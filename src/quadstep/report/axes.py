@@ -115,9 +115,7 @@ def logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
     if decades < 1.5:
         plain_decades(axis)
         return
-    axis.set_major_locator(LogLocator(10.0, (1.0,), numticks=5))
-    axis.set_major_formatter(Powers())
-    axis.set_minor_locator(NullLocator())
+    powers(axis, 5)
 
 
 def peaked(lines: Sequence[Numbers]) -> bool:
@@ -191,8 +189,12 @@ def logarithmic_time(axes: Axes, t: Numbers) -> None:
     first = float(t[t > 0.0][0])
     axes.set_xscale("log")
     axes.set_xlim(first, float(t[-1]))
-    axis: Axis = axes.xaxis
-    axis.set_major_locator(LogLocator(10.0, (1.0,)))
+    powers(axes.xaxis)
+
+
+def powers(axis: Axis, ticks: int | None = None) -> None:
+    """Ticks of a logarithmic axis at powers of ten, about so many."""
+    axis.set_major_locator(LogLocator(10.0, (1.0,), numticks=ticks))
     axis.set_major_formatter(Powers())
     axis.set_minor_locator(NullLocator())
 
@@ -206,15 +208,16 @@ def typeset_decades(axes: Axes) -> None:
             axis.set_minor_formatter(NullFormatter())
 
 
-SHORT = 6.0
-"""Times its low end: a logarithmic axis up to there has even ticks, as it may hold but one of 1, 2 and 5."""
+SHORT, DENSE = 3.0, 6.0
+"""Times its low end: a logarithmic axis up to there has even ticks, or more than 1, 2 and 5, of which it may hold but one."""
 
 
 def plain_decades(axis: Axis) -> None:
-    """Ticks of a logarithmic axis, whose ends are known, as plain numbers: at 1, 2 and 5, or evenly where it is short."""
+    """Ticks of a logarithmic axis, whose ends are known, as plain numbers: at 1, 2 and 5, more densely where it is short."""
     low, high = sorted(axis.get_view_interval())
     short = not 0.0 < SHORT * low < high
-    axis.set_major_locator(MaxNLocator(5, steps=STEPS) if short else LogLocator(10.0, (1.0, 2.0, 5.0)))
+    subs = (1.0, 2.0, 5.0) if high > DENSE * low else (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
+    axis.set_major_locator(MaxNLocator(5, steps=STEPS) if short else LogLocator(10.0, subs))
     axis.set_major_formatter(plain())
     axis.set_minor_locator(NullLocator())
 

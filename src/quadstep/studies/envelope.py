@@ -21,7 +21,7 @@ from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.single import FlownAgain, flown_again, write_flights
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.campaign.varied import variation_text
-from quadstep.studies.envelope_answer import Envelope, MapPanel, answer, caption, coloured_by, enough
+from quadstep.studies.envelope_answer import Envelope, MapPanel, along, answer, caption, coloured_by, enough
 from quadstep.studies.envelope_cells import CAUSES, FLYABLE, Cells, cells_of, table
 from quadstep.studies.envelope_map import LOOKS, colours, draw_map, draw_slices
 from quadstep.studies.envelope_request import Request, Value
@@ -60,10 +60,7 @@ class Map(Study[Envelope]):
         links = write_flights(out, self.campaign, found, places, intro=[" ".join(said)] if said else [])
         at = {flight % self.asked.cells: link for flight, link in links.items()}
         draw_map(out / PICTURE, self.asked, envelope.cells, sheet, at)
-        sliced, y = draw_slices(out / SLICES, self.asked, envelope.cells, sheet), self.asked.y
-        where = f" where {y.in_words(y.values[len(y.values) // 2])}" * bool(self.asked.by)
-        same = f"The same errors{' and their spread' * (self.asked.flights > 1)}{where}"
-        along = f"{same}{'; no line where cells have no colour' * (not all(drawn))}."
+        lined = draw_slices(out / SLICES, self.asked, envelope.cells, sheet)
         unit, factor = units.handy("m", max((one.rmse[1] for one in envelope.panels if one.rmse), default=0.0))
         header, rows = [one.format(unit) for one in HEADER], [row(one, factor) for one in envelope.panels]
         return Evidence(
@@ -72,7 +69,7 @@ class Map(Study[Envelope]):
             answer=answer(envelope),
             sentences=[answer(envelope)],
             record=as_json(envelope),
-            figures=[Figure(PICTURE, caption(envelope, bool(links)), label="Map"), *[Figure(SLICES, along)] * sliced],
+            figures=[Figure(PICTURE, caption(envelope, bool(links)), label="Map"), *[Figure(SLICES, along(envelope))] * lined],
             sections=[
                 *([TableSection("Panel by panel", "panels", header, rows)] if self.asked.by else []),
                 TableSection("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),

@@ -14,7 +14,7 @@ from quadstep.report import units
 from quadstep.studies.campaign.summary import as_sentence
 from quadstep.studies.envelope_cells import FLYABLE, Cells, needed, too_few
 from quadstep.studies.envelope_map import by_success, coloured
-from quadstep.studies.envelope_request import MapAxis, Request
+from quadstep.studies.envelope_request import NOISY_FLIGHTS, MapAxis, Request
 
 
 class MapPanel(NamedTuple):
@@ -210,14 +210,29 @@ def caption(envelope: Envelope, linked: bool) -> str:
     return "\n".join(lines)
 
 
+def along(envelope: Envelope) -> str:
+    """The caption of the lines: where the last is surely above the first, outside what most flights there have, and below."""
+    asked, y = envelope.asked, envelope.asked.y
+    if asked.by:
+        return f"The same errors where {y.in_words(y.values[len(y.values) // 2])}."
+    low, middle, high = np.where(coloured(envelope.cells), envelope.cells.spread, np.nan)[:, 0]
+    sides, sure = (middle[-1] > high[0], middle[-1] < low[0]), asked.flights >= NOISY_FLIGHTS or not asked.random
+    ends = [one for side in sides if sure and (one := span(asked.x, side, asked.random))]
+    last, first = (y.in_words(y.values[place]) for place in (-1, 0))
+    said = f" With {last} they are larger than with {first} where {' and smaller where '.join(ends)}."
+    return f"The same errors.{said * (len(ends) == 2)}"
+
+
 def coloured_by(cells: Cells) -> list[str]:
     """What the colours of a map mean, in a sentence; none where there are none."""
-    seen = coloured(cells)
+    rmse = cells.rmse[coloured(cells)]
     if by_success(cells):
         return [f"Colour: share of flights that succeed, {between(cells.share, units.percent)}; lighter means more."]
-    lighter = "; lighter means larger" * bool(seen.any() and np.ptp(cells.rmse[seen]))
-    what = f"Colour: {'median ' * (cells.flights > 1)}position RMSE"
-    return [f"{what}, {between(cells.rmse[seen], lambda one: units.quantity(one, 'm'))}{lighter}."] if seen.any() else []
+    if not rmse.size:
+        return []
+    (unit, factor), lighter = units.handy("m", rmse.max()), "; lighter means larger" * bool(np.ptp(rmse))
+    what = f"Colour: {'median ' * (cells.flights > 1)}position RMSE, {between(factor * rmse, units.number)}"
+    return [f"{what}{units.unit_suffix(unit)}{lighter}."]
 
 
 def between(values: NDArray[np.float64], told: Callable[[float], str]) -> str:

@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import FixedFormatter, FuncFormatter, LogLocator, MaxNLocator, NullLocator, PercentFormatter
+from matplotlib.ticker import FixedFormatter, MaxNLocator, PercentFormatter
 from numpy.typing import NDArray
 
 from quadstep.engines.scored import RMSE
@@ -28,8 +28,8 @@ from quadstep.report.canvas import LINES, drawing, figure_at, write
 from quadstep.report.colours import COLOURS as NAMED
 from quadstep.report.sheet import PHONE, Sheet
 from quadstep.report.told import ToldPlace, tell
-from quadstep.report.units import listed, metric, percent, quantity
-from quadstep.studies.campaign.pictures import ByKey, PlottedKey, draw_errors, over_key
+from quadstep.report.units import handy, listed, metric, percent, quantity
+from quadstep.studies.campaign.pictures import ByKey, PlottedKey, draw_errors, logarithmic, over_key
 from quadstep.studies.campaign.varied import Bins, text_of
 from quadstep.studies.envelope_cells import CAUSES, MOSTLY, OVER_LIMIT, Cells, too_few
 from quadstep.studies.envelope_request import MapAxis, Request
@@ -105,7 +105,7 @@ def draw_slices(path: Path, request: Request, cells: Cells, sheet: Sheet) -> boo
     high = 6.2 if request.by else 4.2
     with figure_at(path, sheet, (PHONE, high), 0.16, 0.55 / high, 0.97, 1.0 - (0.28 + 0.21 * len(lines)) / high) as figure:
         axes = figure.subplots()
-        draw_errors(axes, key)
+        draw_errors(axes, key, 5.0)
         over_key(axes, key, ())
         axes.legend(axes.lines[: len(lines)], lines, loc="lower left", bbox_to_anchor=(0.0, 1.0 + 0.25 / high))
     return True
@@ -275,15 +275,13 @@ def legend(request: Request, cells: Cells) -> list[Artist]:
 
 
 def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: Normalize, request: Request) -> None:
+    (unit, factor), by_error = handy("m", norm.vmax or 1.0), isinstance(norm, LogNorm)
+    norm = LogNorm(factor * (norm.vmin or 1.0), factor * (norm.vmax or 1.0)) if by_error else norm
     shown = ScalarMappable(norm, colormaps[COLOURS])
     bar = figure.colorbar(shown, ax=grid.ravel().tolist(), location="top", pad=0.02, aspect=40)
-    if not isinstance(norm, LogNorm):
+    if not by_error:
         bar.ax.xaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %", decimals=0))
         bar.set_label("share of flights that succeed")
         return
-    decades = math.log10((norm.vmax or 1.0) / (norm.vmin or 1.0))
-    subs, narrow = (1.0,) if decades > 3.0 else (1.0, 3.0) if decades > 1.5 else (1.0, 2.0, 5.0), decades < 0.9
-    bar.ax.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]) if narrow else LogLocator(10.0, subs))
-    bar.ax.xaxis.set_minor_locator(NullLocator())
-    bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: quantity(value, "m", 2 if narrow else 1)))
-    bar.set_label("median position RMSE" if request.flights > 1 else "position RMSE")
+    logarithmic(bar.ax)
+    bar.set_label(f"{'median ' * (request.flights > 1)}position RMSE [{unit}]")

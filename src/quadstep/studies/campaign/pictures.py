@@ -7,16 +7,16 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib import rcParams
 from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.report import units
-from quadstep.report.axes import STEPS, Powers, plain_decades
+from quadstep.report.axes import STEPS, plain_decades, powers
 from quadstep.report.canvas import LINES, drawing, figure_at, new_figure, wrapped, write
 from quadstep.report.colours import COLOURS, CURVES
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
-from quadstep.studies.campaign.varied import Bins, spans_decades
+from quadstep.studies.campaign.varied import DECADES, Bins, spans_decades
 
 Numbers = NDArray[np.float64]
 
@@ -215,8 +215,11 @@ def draw_success(axes: Axes, key: PlottedKey) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:.10g}"))
 
 
-def draw_errors(axes: Axes, key: PlottedKey) -> None:
-    """Median and, where flights of a bin differ, the middle 80 % of the metric in each bin, with its limit. NaN is a gap."""
+def draw_errors(axes: Axes, key: PlottedKey, steep: float = DECADES) -> None:
+    """Median and, where flights of a bin differ, the middle 80 % of the metric in each bin, with its limit. NaN is a gap.
+
+    steep: how many times the least the largest is where the axis is logarithmic.
+    """
     bins, lines = key.bins, {name: one.errors for name, one in key.lines.items()}
     every = np.array([some for errors in lines.values() for some in errors.values()]).reshape(-1, len(QUANTILES))
     (name, limit), most = key.metric, float(np.nanmax(every, initial=0.0))
@@ -243,7 +246,7 @@ def draw_errors(axes: Axes, key: PlottedKey) -> None:
     if limit is not None and limit * factor <= NEAR * most:
         axes.axhline(limit * factor, color=LIMIT, linestyle="--", linewidth=1.4)
         axes.text(0.99, limit * factor, "limit", transform=axes.get_yaxis_transform(), color=LIMIT, va="bottom", ha="right")
-    if spans_decades(least, most):
+    if 0.0 < least * steep < most:
         axes.set_ylim(0.8 * least, 1.25 * most)
         logarithmic(axes, "y")
     else:
@@ -263,11 +266,5 @@ def logarithmic(axes: Axes, which: str = "x") -> None:
     """A logarithmic axis with plain numbers: at 1, 2 and 5 where it is short."""
     (axes.set_xscale if which == "x" else axes.set_yscale)("log")
     axis = axes.xaxis if which == "x" else axes.yaxis
-    low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
-    decades = np.log10(high / low)
-    if decades < 2.0:
-        plain_decades(axis)
-        return
-    axis.set_major_locator(LogLocator(10.0, (1.0,)))
-    axis.set_major_formatter(Powers())
-    axis.set_minor_locator(NullLocator())
+    low, high = sorted(axis.get_view_interval())
+    (plain_decades if high < 100.0 * low else powers)(axis)

@@ -170,16 +170,7 @@ def measured_rows(compared: Compared) -> list[list[str]]:
     """Success, the objective and the metrics, with each set of gains."""
     rows = [with_limit(one, compared.limits[one.name]) if one.name in compared.limits else one.texts for one in compared.rows]
     alone, one = compared.flights == 1, len(compared.kept) == 1  # constraint, which is success then
-    kept = [
-        shares(
-            f"{'success: ' * one}{what}{f', in {units.percent(asked)} of the flights' * (asked > 0.0 and not alone)}"
-            f"{' flown' * (asked == 1.0 and not alone)}",
-            alone,
-            found,
-            asked,
-        )
-        for what, (*found, asked) in compared.kept.items()
-    ]
+    kept = [shares(f"{'success: ' * one}{what}", alone, found, asked) for what, (*found, asked) in compared.kept.items()]
     success = [] if one else [shares("success rate", alone, [*compared.success, compared.success_difference])]
     return [*success, *kept, compared.objective.texts, *rows]
 
@@ -283,6 +274,7 @@ def shares(words: str, alone: bool, found: Sequence[Estimate], asked: float = ma
     cells = [units.percent(*(one[:1] if alone else one)) for one in found[:2]]
     if not math.isnan(asked):
         cells = [f"{cell}, {as_asked(one, asked, alone)}" for cell, one in zip(cells, found, strict=False)]
+    words += f", in {units.percent(asked)} of the flights{' flown' * (asked == 1.0)}" * (asked > 0.0 and not alone)
     value, *ends = (f"{100.0 * one + 0.0:+.3g}" for one in found[2])
     between = f" [{', '.join(ends)}]" * (math.isfinite(found[2].low) and not alone)
     return [words, *cells, f"{value}{between} points".replace("-", "−")]
