@@ -13,7 +13,7 @@ from quadstep.commands.identify import read_logs
 from quadstep.identify.averages import matrices
 from quadstep.identify.flown_setpoints import FlightComparison, Tracking
 from quadstep.identify.replay import ErrorTable, Predictions, Replayed
-from quadstep.identify.replay_report import answer, likeness, share
+from quadstep.identify.replay_report import answer, error_table, likeness, share
 from quadstep.identify.starts import HORIZONS
 from quadstep.identify.vehicle_file import as_toml, with_marks
 from quadstep.metrics.statistics import Estimate
@@ -245,6 +245,13 @@ def test_motors_that_never_run_or_are_beyond_full_are_named(tmp_path, logs, fact
 
 def test_a_wrong_thrust_comes_before_what_rests_on_it(tmp_path, logs):
     right = ErrorTable(("a",), HORIZONS, *([np.full((3, 4, 1), size) for size in (0.1, 1.0, 1.0)]), 100)
+    half = error_table("predictions", right._replace(zero=0.5 * right.zero), 0.01)
+    assert half.rows[0] == (
+        "position [mm]",
+        "100",
+        "100",
+        "0.200",
+    )  # by the better baseline, in columns that a phone shows whole
     found = Replayed(0.01, [Predictions("predictions", right)], (0.83, 1.02), [], [])
     better = "assuming constant velocity and rates: on this flight, the model predicts position, velocity, attitude and rates "
     better += "better than both baselines."

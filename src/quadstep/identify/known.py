@@ -34,18 +34,18 @@ def fitted(fit: Identified, given: AirframeSection, upright: float) -> list[Tabl
         value, low, high, _ = interval_texts(factor * one.value, factor * one.low, factor * one.high, "-")
         before = number_of(given, key, math.nan)
         theirs = number(factor * before) + ", outside" * bool(before < one.low or before > one.high)
-        over = GROWS.get(key, "")
+        over = key in GROWS
         name, span = in_words(key) + f" [{unit}]" * bool(unit), fraction(one) if over else f"{low} to {high}"
-        rows[bool(over)].append((name, value, span, theirs, over))
+        rows[over].append((name, value, span, theirs))
     mass, thrust, about_z, before_z = map(number, (given.mass, given.rotor.thrust_coefficient, upright, given.inertia[2]))
     whole = "These intervals hold whatever the vehicle's mass; they assume the given rotor positions."
     kept = "as given" if upright == given.inertia[2] else f"in proportion to the inertias about x and y (given: {before_z})"
     scale = (
         "No flight reveals the mass m, the rotors' thrust coefficient k_f or the inertia about z, J_z. The next table is for "
         f"m = {mass} kg and k_f = {thrust} N s^2, as given, and J_z = {about_z} kg m^2, {kept}. If one of them is wrong, so "
-        "are the values, in proportion (for J_z nearly); the intervals do not cover that."
+        "are the values, in the proportion that the vehicle's file gives (for J_z nearly); the intervals do not cover that."
     )
-    header = ("parameter", "value", "95 % interval", "given", "proportional to")
+    header = ("parameter", "value", "95 % interval", "given")
     ratio = "Known only up to the mass m, thrust coefficient k_f and yaw inertia J_z"
     found = (
         TableSection(

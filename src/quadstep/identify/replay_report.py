@@ -105,7 +105,7 @@ METHOD = (
 )
 
 
-DIVIDED = "÷: by the error of assuming constant velocity and rates, or zero rates"
+DIVIDED = "÷: by the error of the better baseline, constant velocity and rates or zero rates"
 
 
 def evidence(flights: Sequence[FlightRecord], request: ReplayRequest, result: Replayed, warnings: Sequence[str]) -> Evidence:
@@ -237,16 +237,16 @@ def in_time(horizon: int, period: float) -> str:
 
 
 def error_table(title: str, errors: ErrorTable, period: float) -> TableSection:
-    """Mean errors at each of `HORIZONS`, and those `AHEAD` over the baselines'."""
+    """Mean errors at the longer of `HORIZONS`, and those `AHEAD` over the better baseline's."""
     rows: list[Sequence[markup.Cell]] = []
     for group in GROUPS:
-        means = [FACTOR[group] * errors.means(horizon, group)[0] for horizon in HORIZONS]
+        means = [FACTOR[group] * errors.means(horizon, group)[0] for horizon in HORIZONS[1:]]
         unit, factor = suited_unit(group, max(means))
-        ratios = [interval(*errors.ratio(AHEAD, group, to)) for to in ("constant", "zero")]
-        rows.append((f"{group} [{unit}]", *(number(factor * one) for one in means), *ratios))
-    ahead = [in_time(horizon, period) for horizon in HORIZONS]
+        ratio = interval(*to_better_guess(errors, group))
+        rows.append((f"{group} [{unit}]", *(number(factor * one) for one in means), ratio))
+    ahead = [in_time(horizon, period) for horizon in HORIZONS[1:]]
     known = " (95 %)" if errors.ratio(AHEAD, GROUPS[0]).bounded else ""
-    header = ("mean error after", *ahead, f"÷ constant{known}", f"÷ zero rate{known}")
+    header = ("mean error after", *ahead, f"÷ better baseline{known}")
     text = f"{title}: {errors.starts:,} starting points in {counted(len(errors.names), 'flight')}; ratios after {ahead[-1]}."
     return TableSection("", "", header, rows, text, escape, shown=f"{title}; {DIVIDED}")
 

@@ -201,7 +201,7 @@ def own_facts(mission: "Mission", metrics: Metrics) -> list[markup.Fact]:
     return [markup.Fact(words, units.quantity(value, unit)) for (words, unit), value in named if isinstance(value, float)]
 
 
-GAINS = ("gain", "value", "unit", "", "meaning")
+GAINS = ("gain", "value", "meaning")
 DEFAULT = "How defaults follow from a vehicle and its delays: docs/controllers.md, Default gains."
 
 
@@ -209,8 +209,12 @@ def gain_rows(mission: "Mission") -> list[list[str]]:
     """What the controller flew with, and what of it the mission leaves to the default."""
     values, given = filled_in(mission), mission.controller.model_fields_set
     return [
-        [key, written(rounded(values[key]), gain.stands_for_three), gain.unit, "" if key in given else "default", gain.meaning]
-        for key, (_, gain) in mission.controller.controller.by_key().items()
+        [
+            key + f" [{one.unit}]" * (one.unit != "-"),
+            written(rounded(values[key]), one.stands_for_three) + ", default" * (key not in given),
+            one.meaning,
+        ]
+        for key, (_, one) in mission.controller.controller.by_key().items()
     ]
 
 
