@@ -193,6 +193,16 @@ def test_what_raises_l_in_figure_5_is_as_the_text_says(article_file):
     assert one["rate_unknown"][at] / rows[at, list(COLUMNS).index("norm_r2")] > 9.0, "|eps| is no less"
 
 
+@needs(NODE)
+def test_what_the_text_says_of_both_gains_raised_in_figure_1_is_flown(article_file):
+    raised = {f"gains.{key}.{i}": value for key, value in {"slope_1": 2.0, "gain_1": 6.0}.items() for i in range(3)}
+    logs, _ = flown_in_node(article_file, raised)
+    rows = logs["nested"].reshape(-1, len(COLUMNS))
+    t, x, theta = (rows[:, list(COLUMNS).index(name)] for name in ("t", "x", "theta"))
+    assert t[np.argmax(abs(x) < 0.15)] == pytest.approx(1.8, abs=0.05)
+    assert np.degrees(abs(theta).max()) == pytest.approx(80.0, abs=2.0)
+
+
 def test_what_the_text_says_of_doubled_gains_is_flown():
     slow = read_mission(ROOT / "examples" / "theorem_fails.toml")
     alone, *nets = (

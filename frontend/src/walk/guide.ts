@@ -70,8 +70,7 @@ export class Guide {
     this.wait(false);
     this.session.begin();
     this.board.watch(undefined, this.plot);
-    const count = this.story.steps.length;
-    this.invite("New here?", "Start the walk", `“${this.story.title}”: in each of ${count} steps, move one control and watch one thing.`);
+    this.invite("New here?", "Start the walk", `“${this.story.title}”: in each step, move one control and watch one thing.`);
   }
 
   private invite(title: string, start: string, text: string, ...more: HTMLElement[]): void {

@@ -71,6 +71,10 @@ export function lyapunov(): void {
       const total = Float64Array.from(zero, (_, k) => columns.reduce((all, one) => all + one[k]!, 0));
       const [terms, tall] = keys(46, 92 + deep + 0.75 * size + 58, width, [...TERMS.map(([, look, symbol, name]) => [name, `area ${look}`, symbol] as const), ["their sum", "c-ink", ""]]);
       const top = 92 + deep + 0.75 * size + 58 + tall + 15;
+      const [rate, seen] = [`${fixed(total[row]!, 3)} W`, r2[row]! > 0.01];
+      const bound = seen ? `${fixed(Math.abs(columns[2]![row]!) / r2[row]!, 1)} N m` : "";
+      const long = `at ${fixed(t[row]!, 2)} s: L = ${fixed(height[row]!, 3)} J with the integrals, its rate ${rate}${seen ? `, |ε| at least ${bound}` : ""}`;
+      const said = width > NARROW ? long : `L = ${fixed(height[row]!, 3)} J, its rate ${rate}${seen ? `, |ε| ≥ ${bound}` : ""}`;
       const deepest = width > NARROW ? 170 : 120; // on a telephone all of it should be seen at once
       const rates = new Plot({ left: 46, top, width: width - 58, height: deepest }, [0, 7], span([up, down], -MOST, MOST, 0.2, 0));
       const cut = Math.max(...up) > MOST || Math.min(...down) < -MOST;
@@ -81,7 +85,7 @@ export function lyapunov(): void {
         top + deepest + 38,
         text(8, 16, `K_r1 − mΛ_1 = 3 − 1 = 2 > 0: holds`, "c-ink"),
         text(8, 36, `K_r2 − J_M Λ_2 = ${fixed(gain.value, 1 + more)} − 10 · ${fixed(slope.value, 2 + more)} = ${fixed(surplus, 1 + more)}${surplus > 0 ? " > 0: holds" : ": does not hold"}`, surplus > 0 ? "c-ink" : "c-vermillion"),
-        text(8, 56, flown.lost ? `the flight is ${flown.lost}` : `at ${fixed(t[row]!, 2)} s: L = ${fixed(height[row]!, 3)} J${width > NARROW ? " with the integrals" : ""}, its rate ${fixed(total[row]!, 3)} W${width > NARROW && r2[row]! > 0.01 ? `, |ε| at least ${fixed(Math.abs(columns[2]![row]!) / r2[row]!, 1)} N m` : ""}`, total[row]! > 0.005 ? "c-vermillion" : "c-muted"),
+        text(8, 56, flown.lost ? `the flight is ${flown.lost}` : said, total[row]! > 0.005 ? "c-vermillion" : "c-muted"),
         plane.framed(
           "|r_1| [m/s]",
           "|r_2| [rad/s]",
