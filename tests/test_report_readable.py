@@ -288,3 +288,21 @@ def test_points_and_cells_say_what_they_are(tmp_path, browsers):
     assert said(told[1], 0.25, 0.5, "cell 0") == ["cell 0", "RMSE", "0 mm"]
     assert said(told[1], 0.75, 0.1, "cell 1") == ["cell 1", "RMSE", "1 mm"]
     browsers[False].blank()
+
+
+@needs(CHROMIUM)
+def test_a_phone_does_not_break_the_words_of_a_row_one_a_line(tmp_path, browsers):
+    cell, file = "284 [265, 303] mm", tmp_path / "report.html"
+    rows = [["largest error at most 600 mm, in 90 % of the flights", cell, cell, cell]]
+    table = markup.table(("", "current", "tuned", "tuned - current"), rows)
+    file.write_text(markup.page_text("A", [table]), encoding="utf-8")
+    opened = browsers[False].page()
+    opened.set_viewport_size({"width": 360, "height": 720})
+    opened.goto(file.as_uri())
+    lines = opened.evaluate(
+        """(() => { const words = document.createRange(); words.selectNodeContents(document.querySelector("tbody td"));
+        return new Set([...words.getClientRects()].map((one) => Math.round(one.y))).size; })()"""
+    )
+    assert lines <= 5, lines
+    opened.set_viewport_size({"width": 1280, "height": 720})
+    browsers[False].blank()
