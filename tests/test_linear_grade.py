@@ -357,6 +357,12 @@ def test_a_quick_grade_is_cached_and_leaves_out_what_takes_long(monkeypatch):
     assert quick_grade(hover("lqr", sensors={"estimator": True, "latency": 0.1})) == {}
 
 
+def test_a_quick_grade_hides_no_mistake_of_the_program(monkeypatch):
+    monkeypatch.setattr(grade_module, "cached", lambda *_: {}["absent"])
+    with pytest.raises(KeyError, match="absent"):
+        quick_grade(hover("pid"))
+
+
 def test_a_law_of_ones_own_is_graded_anew_once_its_code_has_changed(tmp_path):
     name = "own_airframe_controller.py"
     text = (EXAMPLES / name).read_text(encoding="utf-8")

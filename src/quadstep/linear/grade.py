@@ -256,7 +256,7 @@ def quick_grade(mission: Mission) -> Mapping[str, str]:
     try:
         plans = of_even_rotors(hovering(mission))
         found = cached("grade", mission, plans, lambda: at_once(mission, [Loops(plan) for plan in plans]))
-    except Exception:
+    except UserError:
         return {}
     return cast("dict[str, str]", found)
 
