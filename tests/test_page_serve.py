@@ -74,7 +74,7 @@ def root(tmp_path_factory):
     (out / "report" / "report.html").write_text("<p>campaign</p>")
     (out / "report" / "chart.png").write_bytes(b"\x89PNG")
     (out / ".hidden").mkdir()
-    (out / ".hidden" / "report.html").write_text("hidden")
+    (out / ".hidden" / "report.html").write_text("concealed")
     (out / "link.txt").symlink_to(top / "secret.txt")
     (out / "inside.html").symlink_to(out / "report" / "report.html")
     (out / "way").symlink_to(top / "secret")
@@ -167,7 +167,7 @@ def test_nothing_outside_the_folder_is_sent(port, path):
     assert status in (400, 404, 414)
     assert SECRET not in content
     assert "root:" not in content
-    assert "hidden" not in content
+    assert "concealed" not in content
 
 
 PARTS = r"""
@@ -358,7 +358,7 @@ def test_a_csv_that_is_no_flight_is_one_line(tmp_path, text):
     with pytest.raises(UserError, match=r"flight\.csv: is not a flight"):
         open_result(folder)
     found = answer(tmp_path, "/fly/result")
-    assert (found.status, found.text.count("\n")) == (422, 1)
+    assert (found.status, found.text.count("is not a flight.csv")) == (422, 1)
 
 
 def test_a_flight_lost_at_once_is_shown_without_rows(tmp_path):
@@ -490,9 +490,10 @@ def test_no_word_of_a_number_is_written_twice():
 def test_two_flights_are_compared_number_by_number_and_flown_in_one_page(port, root):
     status, _, text = get(port, "/compare?a=first%20flight&b=report")
     assert status == 422
-    assert re.fullmatch(
-        r"first flight \(flight\) and report \([a-z ]+\) cannot be compared: choose two results of one kind\n", text
-    )
+    said = r"<p>first flight \(flight\) and report \([a-z ]+\) cannot be compared: choose two results of one kind</p>"
+    assert re.search(said, text) and '<a href="/">All results</a>' in text
+    status, _, text = get(port, "/compare?a=first%20flight&b=first%20flight")
+    assert (status, "cannot be compared: choose two results of one kind" in text) == (422, True)
     status, _, text = get(port, "/both?a=first%20flight&b=first%20flight")
     assert status == 200
     first, second = data_of(text)["flights"]
@@ -564,7 +565,7 @@ def test_two_reports_of_a_kind_are_compared_by_the_values_of_their_tables_and_no
         page = page_text(name, [summary(f"Answer {name}.", [Fact("succeed", f"{gain} %")]), *parts], "tuning")
         (tmp_path / name / "report.html").write_text(page)
     text = answer(tmp_path, "/compare?a=a&b=b").text
-    assert "<td>K<sub>r1</sub> [N s/m]: tuned</td><td>2.5</td><td>7.25</td>" in text
+    assert "<td>K<sub>r1</sub> [N s/m]: tuned</td><td>2.5</td><td>7.25</td>" in text.replace("\N{NO-BREAK SPACE}", " ")
     told = plain(text.split("What their reports say first</h2>")[1])
     assert "answer Answer a. Answer b. loop at rest sound sound succeed 2.5 % 7.25 %" in told
     assert "Margins a b roll: delay [ms] 51.7 23.8" in told and "Where it was flown a b mission a.toml b.toml" in told
@@ -696,6 +697,13 @@ def test_a_map_whose_flights_are_not_as_commanded_has_a_mark(tmp_path):
     (tmp_path / "report.html").write_text(page_text("wind", [summary(said)], "envelope"))
     mark = '<b class="fair"><span aria-hidden="true">!</span> None of the 72 flights shown is as commanded</b>'
     assert mark in answer(tmp_path, "/").text.replace("\u00a0", " ")
+
+
+def test_a_proof_of_instability_has_a_mark(tmp_path):
+    for name, said in (("a", "Hover at the path's end, (0, 0, 5) m, is proved unstable."), ("b", "Proved.")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "certificate.html").write_text(page_text(name, [summary(said)], "Proof"))
+    assert [one.loop for one in results(tmp_path)] == ["unstable", ""]
 
 
 def test_a_campaign_of_a_fragile_loop_has_its_mark(tmp_path):

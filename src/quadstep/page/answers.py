@@ -7,6 +7,7 @@ and links are not followed.
 import io
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from html import escape
 from http import HTTPStatus
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
@@ -21,6 +22,7 @@ from quadstep.page.comparison import compared_page
 from quadstep.page.folder import grade, manifest, open_result, open_two, results, results_in, section
 from quadstep.page.model import Link
 from quadstep.page.thumbnails import first_panel, thumbnail
+from quadstep.report.markup import links, page_text, paragraph
 
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; "
@@ -100,11 +102,10 @@ def compare(root: Path, query: str) -> str:
     first, second = (next(iter(results_in(root, folder)), None) for folder in folders)
     if first is None or second is None:
         raise NotFound
-    if first.kind != second.kind:
+    if first.kind != second.kind or folders[0] == folders[1]:
         kinds = f"{folders[0].name} ({first.kind.lower()}) and {folders[1].name} ({second.kind.lower()})"
         raise UserError(f"{kinds} cannot be compared: choose two results of one kind")
-    kept = [(manifest(one), manifest(one, "campaign.json")) for one in folders]
-    one, other = (content or {**campaign, **section(campaign, "summary")} for content, campaign in kept)
+    one, other = (manifest(at) or {**(of := manifest(at, "campaign.json")), **section(of, "summary")} for at in folders)
     return compared_page((first, second), (one, other), root)
 
 
@@ -124,6 +125,7 @@ DRAWN: Mapping[str, tuple[str, Callable[[Path], str]]] = {
 
 def answer(root: Path, target: str, share: str = "") -> Answer:
     """The answer to a GET of `target`. share: what the list says of who may see it."""
+    status, said = HTTPStatus.NOT_FOUND, ["Nothing here."]
     try:
         asked = urlsplit(target)
         path = asked.path
@@ -149,5 +151,6 @@ def answer(root: Path, target: str, share: str = "") -> Answer:
     except (NotFound, OSError, ValueError):  # no such name, or none that a file can have
         pass
     except UserError as error:
-        return Answer(HTTPStatus.UNPROCESSABLE_ENTITY, KINDS[".txt"], "\n".join((*error.lines, "")))
-    return Answer(HTTPStatus.NOT_FOUND, KINDS[".txt"], "Nothing here. The list is at /\n")
+        status, said = HTTPStatus.UNPROCESSABLE_ENTITY, error.lines
+    body = [*(paragraph(line, escape) for line in said), links([("/", "All results")])]
+    return Answer(status, KINDS[".html"], page_text("Not shown", body, "Results"))

@@ -210,8 +210,7 @@ def conditions(*contents: Metrics) -> str:
     winds = [in_words(section(section(one, "mission"), "wind")) for one in contents]
     told |= {"wind": f"wind ({'; '.join(winds)})"} if winds[0] != winds[1] and "wind" in told else {}
     others = [told[one] for one in differing_keys(told, *contents)]
-    further = {"axes": "axes", "failure": "limits"}
-    others += [said for key, said in further.items() if contents[0].get(key) != contents[1].get(key)]
+    others += [of for key, of in (("axes", "axes"), ("failure", "limits")) if contents[0].get(key) != contents[1].get(key)]
     return f"With different {units.listed(others)}: " if others else ""
 
 

@@ -130,11 +130,10 @@ def results_in(root: Path, folder: Path) -> list[ResultFolder]:
     own = {name: one for name, one in others.items() if loose or (one.kind and not (known and one.kind == begins.kind))}
     place = folder.relative_to(root)
     alone = [
-        ResultFolder(
-            place, one.title or name, one.answer, found[name], (name,), one.kind or KINDS.get(name, "Page"), facts=one.facts
-        )
+        ResultFolder(place, one.title or name, one.answer, found[name], (name,), one.kind or KINDS.get(name, "Page"),
+                     facts=one.facts, loop="unstable" * ("is proved unstable" in one.answer))
         for name, one in own.items()
-    ]
+    ]  # fmt: skip
     shown = [*known, *(name for name in others if name not in own)]
     if not shown:
         return alone
