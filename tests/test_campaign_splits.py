@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+import pytest
 from scipy.stats import hypergeom
 
 from quadstep.report import units
@@ -154,6 +155,15 @@ def test_a_key_that_is_worst_at_both_ends_is_told_by_its_distance_from_the_missi
         "at 0.88 to 1.12 kg",
         "at 1.12 kg or more",
     ]
+
+
+@pytest.mark.parametrize("low", [-0.5, 0.0, 3.1])
+def test_a_key_whose_distance_from_the_missions_value_has_one_side_is_told_by_its_values(low):
+    wind = np.random.default_rng(6).uniform(low, 14.0, 400)
+    one = VariedKey(wind, None, parts_of(wind))
+    (found,) = splits(wind > 7.4, {"wind.mean.0": one}, {"wind.mean.0": "m/s"}, {"wind.mean.0": 3.0})
+    assert not found.about
+    assert found.sentence.startswith("The success rate varies with mean wind along x: ")
 
 
 def test_the_bound_is_never_below_the_probability():

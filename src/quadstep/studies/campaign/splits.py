@@ -182,15 +182,16 @@ def best_of_keys(failed: Flights, where: Flights, scales: Sequence[KeyOrder], tr
 
 
 def scales_of(key: str, one: VariedKey, unit: str, nominal: float) -> list[KeyOrder]:
-    """The orders of a key: its values, in round steps and tenths of the flights; and how far it is from the mission's."""
+    """The orders of a key: its values, in round steps and tenths of the flights; how far it is from the mission's."""
     suffix = units.unit_suffix(unit or "-")
     if one.options is not None:
         if one.parts.ordered:
             return [KeyOrder(key, one.values.astype(np.int64), [*one.options[1:]], suffix)]
         return [KeyOrder(key, one.values.astype(np.int64), [*one.options], "", ordered=False)]
     found = [(one.values, "")]
-    if one.values.min() < nominal < one.values.max():
-        found.append((np.abs(one.values - nominal), units.numerals(f"{nominal:.6g}")))
+    off = np.sort(one.values - nominal)
+    if len(off) >= A_GROUP and (reach := min(-off[A_GROUP - 1], off[-A_GROUP])) > 0.0:
+        found.append((np.minimum(np.abs(one.values - nominal), reach), units.numerals(f"{nominal:.6g}")))
     return [KeyOrder(key, *cut(values), suffix, about) for values, about in found]
 
 
