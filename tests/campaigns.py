@@ -115,14 +115,14 @@ REPORT = "quadstep.studies.campaign.report"
 def no_report():
     """The report takes seconds to draw, as the grade of the loop at rest takes to find; both are tested by themselves."""
     with pytest.MonkeyPatch.context() as patch:
-        replace(patch, f"{REPORT}.write_report", lambda *_: [])
+        replace(patch, f"{REPORT}.write_report", lambda *of: of[2])
         without_grade(patch)
         yield
 
 
 WITHOUT_REPORT = (
     "import sys, types\n"
-    f"sys.modules['{REPORT}'] = types.SimpleNamespace(write_report=lambda *_: [])\n"
+    f"sys.modules['{REPORT}'] = types.SimpleNamespace(write_report=lambda *of: of[2])\n"
     "sys.modules['quadstep.linear.grade'] = types.SimpleNamespace(quick_grade=lambda _: {})\n"
     "from quadstep.commands import cli\n"
     "cli.main()"

@@ -34,7 +34,10 @@ def test_it_says_how_often_and_how_well_the_mission_succeeds(tmp_path):
     run = fly(path, tmp_path / "out")
     assert (run.code, run.err) == (0, "")
     only = "Success means reaching the end, however large the error."
-    assert f"All 60 flights succeeded (95 % interval 94 % to 100 %). {only}" in run.out
+    assert (
+        f"All 60 flights reached the end (95 % interval 94 % to 100 %). No flight that reaches the end is graded. {only}"
+        in run.out
+    )
     assert "Position RMSE of the 60 completed flights: 50 % below" in run.out
     assert f"{tmp_path / 'out' / 'report.html'}" in run.out.replace("\n", "")
     worst = [one["flight"] for one in manifest(tmp_path / "out")["summary"]["worst"]]

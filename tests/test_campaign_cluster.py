@@ -442,7 +442,8 @@ def test_ray_is_loaded_for_its_engine_only_and_matplotlib_for_reports(whole, tmp
     program = (
         "import sys, quadstep, quadstep.commands.cli\nfrom pathlib import Path\n"
         "from quadstep.studies.campaign.run import CampaignRequest, fly_campaign\n"
-        "import types; sys.modules['quadstep.studies.campaign.report'] = types.SimpleNamespace(write_report=lambda *_: [])\n"
+        "import types\n"
+        "sys.modules['quadstep.studies.campaign.report'] = types.SimpleNamespace(write_report=lambda *of: of[2])\n"
         "fly_campaign(CampaignRequest(Path(sys.argv[1]), Path(sys.argv[2]), 64))\n"
         "assert not {'ray', 'quadstep.studies.campaign.cluster', 'matplotlib', 'pandas'} & set(sys.modules)"
     )

@@ -161,6 +161,8 @@ def test_flights_that_leave_points_of_a_grid_out_show_nothing_of_the_campaign(tm
     assert said in run.out
     assert "95 %" not in run.out
     assert manifest(out)["summary"]["uneven_grid"] == 30
+    assert not manifest(out)["summary"]["quantiles"], "some points would count more often"
+    assert "Position RMSE" not in run.out
     assert "(95 % interval " in fly(path, out, "--resume", "--flights", 60).out
 
 
@@ -177,7 +179,8 @@ def test_one_flight_shows_no_share_though_it_is_drawn_at_random(tmp_path):
     path, out = tmp_path / "camp.toml", tmp_path / "out"
     path.write_text(f"flights = 1\n{CALM}sensors = {{ gyro_noise = 0.01 }}\n")
     run = fly(path, out)
-    assert "The only flight succeeded. It is a single flight, which gives no success rate." in " ".join(run.out.split())
+    assert "The only flight reached the end. " in " ".join(run.out.split())
+    assert "It is a single flight, which gives no success rate." in " ".join(run.out.split())
     assert "95 %" not in run.out
     assert fly(path, tmp_path / "other", "--require", "0.5").code == 4
 

@@ -32,7 +32,7 @@ from quadstep.studies.campaign.sensitivity import ExplainedResult, Interaction, 
 from quadstep.studies.campaign.single_flight import replay_of
 from quadstep.studies.campaign.splits import in_common
 from quadstep.studies.campaign.store import opened
-from quadstep.studies.campaign.summary import WorstFlight, sentences, summarise, tallied
+from quadstep.studies.campaign.summary import CampaignSummary, WorstFlight, answer, sentences, summarise, tallied
 from quadstep.studies.campaign.varied import Bins, VariedKey, variation_text, varied_keys
 from tests.campaigns import MASS, NOISY, campaign, leftovers, manifest, rows, varying, written
 from tests.flights import METRICS
@@ -135,6 +135,32 @@ def test_it_ranks_the_keys(flown):
     most = [max(ranking, key=lambda key, at=column: float(ranking[key][at].split()[0])) for column in (0, 1)]
     assert most == [names[1]] * 2
     assert "Share of the variance [%] that would vanish if the key were known" in text
+
+
+HEAVY = """[mission]
+vehicle = { preset = "x500", mass = MASS }
+controller = { type = "geometric" }
+simulation = { duration = 3.0 }
+path = { type = "circle", centre = [0, 0, 10.0], radius = 3.0, period = 15.0 }
+[vary]
+wind.mean.0 = { type = "uniform", low = 0.0, high = HIGH }
+"""
+
+
+@pytest.mark.parametrize(("mass", "high", "count", "said"), [
+    ("9.0", "1.0", 20, "; none of the 10 graded flights is as commanded. Left its path in 10, "),
+    ("9.0", "1e-300", 20, "; none of the 20 is as commanded. Left its path in 20, "),
+    ("2.0", "1.0", 3, ". All of the 3 that reach the end are as commanded."),
+])  # fmt: skip
+def test_a_vehicle_that_cannot_leave_the_ground_does_not_succeed_by_reaching_the_end(tmp_path, mass, high, count, said):
+    path = tmp_path / "camp.toml"
+    path.write_text(f"flights = {count}\n{HEAVY}".replace("MASS", mass).replace("HIGH", high))
+    summary = fly_campaign(CampaignRequest(path, tmp_path / "out")).summary
+    text, _ = told_by(tmp_path / "out")
+    assert said in answer(summary) and all(part in text for part in said.split(". "))
+    assert answer(summary).startswith(f"All {count} flights reached the end")
+    assert "succeeded" not in " ".join(sentences(summary)) and "completed, succeeded" not in text
+    assert ("completed, not as commanded" in text) == (mass == "9.0")
 
 
 def test_the_worst_flights_have_their_values_and_pictures_and_the_first_its_command(flown):
@@ -247,9 +273,9 @@ def test_a_flight_that_a_point_opens_has_the_bits_of_fly(flown):
     assert list(links.values()) == [f"flights.html#flight=flight-{flight}" for flight in links]
     chosen = list(links)[::4]
     asked = [{"flight": links[one].partition("=")[2]} for one in chosen]
-    for flight, answer in zip(chosen, fly_page(folder / "flights.html", *asked), strict=True):
+    for flight, told in zip(chosen, fly_page(folder / "flights.html", *asked), strict=True):
         plan = replay_of(path, int(flight), folder)[1].plan  # which `quadstep fly` flies
-        np.testing.assert_array_equal(answer["values"], fly(plan).rows)
+        np.testing.assert_array_equal(told["values"], fly(plan).rows)
 
 
 def test_outcomes_and_quantiles_are_a_table_for_a_paper(flown):
@@ -402,7 +428,7 @@ def test_a_pair_is_told_beside_the_shares_of_its_keys_and_no_share_is_told_twice
 
 def test_the_worst_flights_say_from_when_their_errors_count_and_whether_they_succeeded(tmp_path):
     one = WorstFlight(19, "completed", None, 0.26, 0.5133)
-    outcome, since = report_text.outcome_of(one), " from 2 s on"
+    outcome, since = report_text.outcome_of(one, CampaignSummary(1, share(0, 1), {}, [], [one])), " from 2 s on"
     said = report_text.of_flight(one, outcome, since).replace("\N{NO-BREAK SPACE}", " ")
     assert said == "Flight 19: completed, above a limit, largest error 513.3 mm from 2 s on"
     text = str(report_text.worst({one: outcome}, [{}], since, tmp_path, tmp_path))

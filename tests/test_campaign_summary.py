@@ -9,7 +9,7 @@ from scipy.stats import binomtest
 
 from quadstep.metrics.statistics import exact_share, share
 from quadstep.studies.campaign.flyer import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
-from quadstep.studies.campaign.report_text import facts, outcomes, percent
+from quadstep.studies.campaign.report_text import facts, outcome_of, outcomes, percent
 from quadstep.studies.campaign.summary import FEW, LARGEST, RMSE, answer, as_json, sentences, summarise
 
 
@@ -105,6 +105,30 @@ def test_worst_flights_that_tie_are_those_of_the_lowest_numbers_in_any_table():
         assert [one.flight for one in summarise(Made(rows, chunks=7)).worst] == wanted
 
 
+def test_without_limits_it_says_how_many_reach_the_end_and_what_the_graded_ones_lack():
+    found = summarise(Made([through(0.1), lost(1.0), through(0.2)]))._replace(limited=False)
+    for lacking, said in (
+        ({}, ". No flight that reaches the end is graded. "),
+        ({0: (), 2: ()}, ". All of the 2 that reach the end are as commanded. "),
+        (
+            {2: ("shaking",)},
+            "; the only one of the graded flights that reaches the end is not as commanded. Shaking; the other is ",
+        ),
+        ({0: (), 2: ("shaking",)}, ". 1 of the 2 that reach the end is not as commanded: shaking in 1. "),
+        ({0: ("shaking",), 2: ("shaking",)}, "; none of the 2 is as commanded. Shaking in 2. "),
+    ):
+        text = f"{answer(found._replace(lacking=lacking, meaning=' (success means this)'))} "
+        assert text.startswith(f"66.7 % of 3 flights reached the end (95 % interval 9.4 % to 99.16 %){said}"), text
+    by = found._replace(lacking={0: ("shaking",), 2: ()}, by="100 % of 2 flights succeeded with a, 0 % of 1 with b.")
+    assert answer(by) == (
+        "100 % of 2 flights reached the end with a, 0 % of 1 with b. 1 of the 2 that reach the end is not as commanded: "
+        "shaking in 1."
+    )
+    ends = [outcome_of(one, found._replace(lacking={0: (), 2: ("shaking",)})) for one in found.worst]
+    assert ends == ["lost: off-path", "completed, not as commanded", "completed, as commanded"]
+    assert outcomes(found)[0][0] == "completed"
+
+
 def test_flights_that_failed_come_before_those_that_went_farther_and_succeeded():
     some = [through(0.1, 9.0), through(0.2, 1.0, False), through(0.1, 8.0), lost(3.0, 0.1, 0.2), through(0.2, 2.0, False)]
     assert [one.flight for one in summarise(Made(some)).worst] == [3, 4, 1, 0, 2]
@@ -130,6 +154,7 @@ def test_all_good_and_only_one():
     assert tuple(found.success) == pytest.approx((1.0, 0.025, 1.0))
     assert found.spreads[0].quantiles[0.5].value == 0.1
     assert sentences(found)[0] == answer(found)
+    assert [one.what for one in facts(found)] == ["position RMSE", "largest error"], "one flight has no median"
     alone = "The only flight succeeded. It is a single flight, which gives no success rate."
     assert [answer(found), answer(found._replace(decision="Shown."))] == [alone, f"Shown. {alone}"]
     late = found._replace(flights=2, meaning=" (limit: largest error 0.3 m; the first 9.9 s are not counted)")

@@ -10,15 +10,13 @@ from typing import cast
 
 import numpy as np
 
-from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.fields import label, words
 from quadstep.page.model import Cell
 from quadstep.report import units
 from quadstep.report.evidence import Evidence, Figure, TableSection
-from quadstep.report.panels import grade_of
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
-from quadstep.studies.campaign.single import FlownAgain, flown_again, write_flights
+from quadstep.studies.campaign.single import FlownAgain, flown_again, lacking, write_flights
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.campaign.varied import variation_text
 from quadstep.studies.envelope_answer import Envelope, MapPanel, along, answer, caption, coloured_by, enough
@@ -86,9 +84,7 @@ class Map(Study[Envelope]):
         more = [cell for cell in worst if cell not in found]
         blocks = (more[at : at + AT_ONCE] for at in range(0, len(more), AT_ONCE))
         again = (pair for block in blocks for pair in zip(block, flown_again(self.campaign, block), strict=True))
-        shown = ((flight, one.replay, one.log) for flight, one in chain(found.items(), again) if one.drawable)
-        graded = {flight: grade_of(log, one.mission.flight_metrics(log)[0]) for flight, one, log in shown if one and log}
-        return {flight % self.asked.cells: one.labels for flight, one in graded.items() if one.grade is not FlightGrade.LOST}
+        return {flight % self.asked.cells: one for flight, one in lacking(chain(found.items(), again)).items()}
 
     def place(self, cell: int, colour: str) -> Cell:
         """Where the page has a flight in its table, and the map's colour there."""

@@ -1,7 +1,6 @@
 """What a map of an envelope shows, in sentences: how much of it can be flown, where, and how well."""
 
 import itertools
-from collections import Counter
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from quadstep.metrics.statistics import share
 from quadstep.mission.fields import words
 from quadstep.report import units
-from quadstep.studies.campaign.summary import as_sentence
+from quadstep.studies.campaign.summary import as_commanded, as_sentence
 from quadstep.studies.envelope_cells import FLYABLE, Cells, needed, too_few
 from quadstep.studies.envelope_map import by_success, coloured
 from quadstep.studies.envelope_request import NOISY_FLIGHTS, MapAxis, Request
@@ -62,32 +61,9 @@ def answer(envelope: Envelope) -> str:
     judged = "; ".join(asked.campaign.judged[not limited :])
     meant = as_sentence(f" ({judged})" * bool(judged))
     more = f"{how_sure(envelope)}{meant}{idle(envelope)}"
-    return f"{said[0].upper()}{said[1:]}{as_commanded(envelope)}.{more}"
-
-
-def as_commanded(envelope: Envelope) -> str:
-    """How many of the graded flights that reach the end are as commanded, what the others lack, and how many are not graded:
-    sentences of their own, or where none is, first a clause; nothing where the user set limits.
-    """
-    lacking = envelope.cells.lacking
-    ended, bad = len(lacking), sum(map(bool, lacking.values()))
-    more = int(envelope.cells.successes.sum()) - ended
-    if envelope.asked.campaign.file.failure or not ended + more:
-        return ""
-    if not ended:
-        return ". No flight that reaches the end is among those graded"
-    lack = Counter(itertools.chain(*lacking.values())).most_common()
-    why = units.listed([f"{label} in {times:,}" if ended > 1 else label for label, times in lack])
-    none, shown = bad == ended, " graded flights" * bool(more)
-    if ended == 1:
-        said = f"the only one of the{shown or ' flights'} that reaches the end is{' not' * bad} as commanded"
-    else:
-        ends = " that reach the end" * (not none or bool(more and not envelope.cells.flyable.all()))
-        of = f"{'none' if none else f'{bad:,}' if bad else 'all'} of the {ended:,}{shown}{ends}"
-        said = f"{of} {'is' if none or bad == 1 else 'are'}{' not' * (0 < bad < ended)} as commanded"
-    why = f". {why[0].upper()}{why[1:]}" if none else f"{': ' * bool(why)}{why}"
-    said += why + f"; the other {'is' if more == 1 else f'{more:,} are'} not graded" * bool(more)
-    return f"; {said}" if none else f". {said[0].upper()}{said[1:]}"
+    if not limited:
+        said += as_commanded(envelope.cells.lacking, int(envelope.cells.successes.sum()), asked.cells * asked.flights)
+    return f"{said[0].upper()}{said[1:]}.{more}"
 
 
 def how_sure(envelope: Envelope) -> str:

@@ -66,7 +66,7 @@ def evidence(
     rows = [
         (
             str(one.flight),
-            outcome_of(one),
+            outcome_of(one, summary),
             "–" if one.time is None else f"{one.time:.4g}",
             length(one.rmse),
             length(one.largest),

@@ -40,7 +40,7 @@ from quadstep.studies.campaign.sensitivity import (
     first_order,
     strongest_interaction,
 )
-from quadstep.studies.campaign.single import MOST_POINTS, FlownAgain, draw_points, flown_again, others, write_flights
+from quadstep.studies.campaign.single import MOST_POINTS, FlownAgain, draw_points, flown_again, lacking, others, write_flights
 from quadstep.studies.campaign.splits import few_values, values_of
 from quadstep.studies.campaign.store import Store
 from quadstep.studies.campaign.summary import CampaignSummary, answer
@@ -76,7 +76,9 @@ Columns = Mapping[str, VariedKey]
 
 
 class ReportSubject(NamedTuple):
-    """What a report is of. path: of the campaign file, as given. out: a folder for its figures. columns: its keys."""
+    """What a report is of. path: of the campaign file, as given. out: a folder for its figures. columns: its keys.
+    again: the flights that it shows.
+    """
 
     store: Store
     campaign: Campaign
@@ -85,6 +87,7 @@ class ReportSubject(NamedTuple):
     out: Path
     sheet: Sheet
     columns: Columns
+    again: Mapping[int, FlownAgain]
 
     @property
     def folder(self) -> Path:
@@ -93,13 +96,24 @@ class ReportSubject(NamedTuple):
 
 def write_report(
     store: Store, campaign: Campaign, summary: CampaignSummary, path: Path, columns: Columns, sheet: Sheet = SCREEN
-) -> None:
-    """Write report.html, its figures and the table. path, columns: as in `ReportSubject`. Raises UserError."""
+) -> CampaignSummary:
+    """Write report.html, its figures and the table; the summary with what the flights shown lack, where no limits judge them.
+    path, columns: as in `ReportSubject`. Raises UserError.
+    """
+    flown, worst = store.read([OUTCOME, RMSE]), [one.flight for one in summary.worst]
+    through = over_as(flown, OUTCOMES[0])
+    seen = [*worst, *([] if summary.copies else others(np.where(through, number(flown[RMSE]), np.nan), worst))]
+    again = dict(zip(seen, flown_again(campaign, seen), strict=True))
+    if not summary.limited:
+        found = lacking((flight, one) for flight, one in again.items() if through[flight])
+        known = [*found.values()][:1] if summary.copies else []  # which is of all
+        summary = summary._replace(lacking=dict.fromkeys(range(summary.flights), *known) if known else found)
 
     def write(out: Path) -> None:
-        evidence(ReportSubject(store, campaign, summary, path, out, sheet.with_svg(), columns)).write_report(out)
+        evidence(ReportSubject(store, campaign, summary, path, out, sheet.with_svg(), columns, again)).write_report(out)
 
     store.report(write)
+    return summary
 
 
 def evidence(of: ReportSubject) -> Evidence:
@@ -107,9 +121,7 @@ def evidence(of: ReportSubject) -> Evidence:
     flown, summary, name = of.store.read([OUTCOME, TIME, RMSE, LARGEST, SUCCESS]), of.summary, of.campaign.file.name
     through = over_as(flown, OUTCOMES[0])
     rmse = np.where(through, number(flown[RMSE]), np.nan)
-    success, worst = flown[SUCCESS].to_numpy(), [one.flight for one in summary.worst]
-    seen = [*worst, *([] if summary.copies else others(rmse, worst))]
-    again = dict(zip(seen, flown_again(of.campaign, seen), strict=True))
+    success = flown[SUCCESS].to_numpy()
     mission, keys = of.campaign.mission, of.campaign.file.keys
     begun = from_the_start(mission, keys, lambda key: number(of.store.read([key])[key]), number(flown[LARGEST]), through)
     limits = limits_of(of.campaign)
@@ -124,7 +136,7 @@ def evidence(of: ReportSubject) -> Evidence:
         *([TableSection(text=begun)] if begun else []),
         *(errors if first else []),
         *more,
-        *worst_section(of, flown, again),
+        *worst_section(of, flown),
         *text.opening(of.store, of.campaign, summary, of.path),
         *text.closing(summary.statistical),
     ]
@@ -165,7 +177,7 @@ def distribution_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
         values = number(column)[through]
         metrics.append(PlottedMetric(name, values[np.isfinite(values)], limits.get(name)))
     metrics = [metric for metric in metrics if len(metric.values)]
-    if metrics:
+    if metrics and of.summary.spreads:
         if not of.summary.parts:
             draw_distributions(of.folder / "distributions", metrics, of.summary.flights, of.sheet)
         body.append(text.distributions(of.summary))
@@ -283,9 +295,9 @@ def explained(result: ExplainedResult, parts: Mapping[str, FlightParts], campaig
     return RankedKeys(shares, None if campaign.file.correlated else strongest_interaction(result, most))
 
 
-def worst_section(of: ReportSubject, flown: pa.Table, again: Mapping[int, FlownAgain]) -> list[Section]:
+def worst_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
     """Flights that can be seen to move; the worst: what was drawn, how to fly each again, and its picture, flown again."""
-    summary, worst = of.summary, [one.flight for one in of.summary.worst]
+    summary, again, worst = of.summary, of.again, [one.flight for one in of.summary.worst]
     through = over_as(flown, OUTCOMES[0])
     shown = {one: "the worst flights" if one in worst else f"the completed flights {SPREAD}" for one in again}
     links = write_flights(of.out, of.campaign, again, why={one: f"One of {which}." for one, which in shown.items()})
@@ -295,7 +307,7 @@ def worst_section(of: ReportSubject, flown: pa.Table, again: Mapping[int, FlownA
         for one in worst
     ]
     begin, since = of.campaign.mission.scored_from, errors_since(of.campaign.mission)
-    told = {one: text.outcome_of(one) for one in summary.worst}
+    told = {one: text.outcome_of(one, summary) for one in summary.worst}
     body += text.worst(told, values, since, of.path, of.store.folder)
     pictures: list[Section] = []
     for one, outcome in told.items():

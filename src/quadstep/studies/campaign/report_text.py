@@ -47,7 +47,7 @@ def facts(summary: CampaignSummary, which: str = "") -> list[markup.Fact]:
 def medians_only(summary: CampaignSummary) -> list[markup.Fact]:
     """The metrics where nothing is statistical, by their medians."""
     named = [(units.metric(one.metric), one.quantiles[QUANTILES[0]].value) for one in summary.spreads]
-    what = "" if summary.copies else "median "
+    what = "" if summary.copies or summary.flights == 1 else "median "
     return [markup.Fact(f"{what}{words}", units.quantity(value, unit)) for (words, unit), value in named]
 
 
@@ -83,10 +83,10 @@ def ended(summary: CampaignSummary) -> dict[str, int]:
     """The number of flights by outcome; completed ones are split by whether they succeeded."""
     good = round(summary.success.value * summary.flights)
     completed = summary.outcomes.get(OUTCOMES[0], 0)
-    counts = {SUCCEEDED: good, ABOVE: completed - good}
+    counts = {SUCCEEDED: good, ABOVE: completed - good} if summary.limited else {OUTCOMES[0]: completed}
     early = ((f"lost: {name}", count) for name, count in summary.outcomes.items() if name != OUTCOMES[0])
     rest = sorted(early, key=lambda one: -one[1])
-    return {name: count for name, count in (*counts.items(), *rest) if count or name == SUCCEEDED}
+    return {name: count for name, count in (*counts.items(), *rest) if count or name in (SUCCEEDED, OUTCOMES[0])}
 
 
 def errors_seen(summary: CampaignSummary) -> str:
@@ -197,8 +197,11 @@ def length(value: float | None) -> str:
     return "–" if value is None else units.quantity(value, "m", DIGITS)
 
 
-def outcome_of(one: WorstFlight) -> str:
-    return f"lost: {one.outcome}" if one.outcome != OUTCOMES[0] else SUCCEEDED if one.success else ABOVE
+def outcome_of(one: WorstFlight, summary: CampaignSummary) -> str:
+    if summary.limited or one.outcome != OUTCOMES[0]:
+        return f"lost: {one.outcome}" if one.outcome != OUTCOMES[0] else SUCCEEDED if one.success else ABOVE
+    lacks = summary.lacking.get(one.flight)
+    return OUTCOMES[0] if lacks is None else f"{OUTCOMES[0]},{' not' * bool(lacks)} as commanded"
 
 
 def of_flight(one: WorstFlight, outcome: str, since: str) -> str:

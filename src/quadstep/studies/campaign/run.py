@@ -85,14 +85,15 @@ def finish(
 
     grading, grid = request.grading(campaign.mission), campaign.file.combinations
     summary = summarise(store, campaign.varies, grading, campaign.singly, grid, is_random(campaign), tail)
-    columns = varied_keys(store, campaign.file)
+    limited, columns = bool(campaign.file.failure), varied_keys(store, campaign.file)
     by, found = failures_go_with(store, campaign, columns) if summary.statistical else ("", {})
     if by:
         flown = store.read([OUTCOME, RMSE, LARGEST, SUCCESS])
         apart = values_of(next(iter(found.values()))[0], columns, flown.num_rows)
-        summary = summary._replace(parts={one: tallied(flown.filter(pa.array(some)), tail) for one, some in apart.items()})
-    summary = summary._replace(meaning=campaign.meaning, decision=decision, findings=found, by=by)
-    write_report(store, campaign, summary, request.path, columns, request.sheet)
+        told = {one: tallied(flown.filter(pa.array(some)), tail) for one, some in apart.items()}
+        summary = summary._replace(parts={one: part._replace(limited=limited) for one, part in told.items()})
+    summary = summary._replace(meaning=campaign.meaning, decision=decision, findings=found, by=by, limited=limited)
+    summary = write_report(store, campaign, summary, request.path, columns, request.sheet)
     store.save(complete=True, summary=as_json(summary))
     return FinishedCampaign(campaign, summary, store.folder)
 

@@ -3,7 +3,7 @@ draw at rest where its path begins.
 """
 
 import itertools
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -22,6 +22,7 @@ from quadstep.io.run_record import REPORT
 from quadstep.linear.analysis import Analysis, analyse_rest
 from quadstep.linear.several import Several, collected
 from quadstep.linear.several import write as write_loops
+from quadstep.metrics.verdict import FlightGrade
 from quadstep.mission.fields import unit, words
 from quadstep.page.build import build_page, flown_mission
 from quadstep.page.flights import ShownFlight
@@ -30,6 +31,7 @@ from quadstep.report import units
 from quadstep.report.axes import CLEAR
 from quadstep.report.canvas import figure_at
 from quadstep.report.evidence import Evidence
+from quadstep.report.panels import grade_of
 from quadstep.report.progress import Progress
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import PHONE, Sheet
@@ -111,6 +113,13 @@ def flown_again(campaign: Campaign, flights: list[int]) -> list[FlownAgain]:
     plans = [plan._replace(ticks=ticks._replace(log=every)) for (plan, ticks), every in zip(ticked, rows, strict=True)]
     logs: Iterator[FlightLog] = iter(fly_all(plans))
     return [FlownAgain(one, next(logs)) if isinstance(one, Replay) else FlownAgain(None, None, one) for one in replays]
+
+
+def lacking(again: Iterable[tuple[int, FlownAgain]]) -> dict[int, tuple[str, ...]]:
+    """What those of these flights that reach the end lack of being as commanded, in a word or two each."""
+    shown = ((flight, one.replay, one.log) for flight, one in again if one.drawable)
+    graded = {flight: grade_of(log, one.mission.flight_metrics(log)[0]) for flight, one, log in shown if one and log}
+    return {flight: one.labels for flight, one in graded.items() if one.grade is not FlightGrade.LOST}
 
 
 def others(rmse: NDArray[np.float64], worst: Collection[int]) -> list[int]:

@@ -1,5 +1,7 @@
 """The results of a campaign, every number with its interval."""
 
+import itertools
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -63,7 +65,8 @@ class CampaignSummary(NamedTuple):
     equally often; else 0. singly: keys because of which each flight was set up by itself.
     meaning: as `Campaign` has it. decision: what `--until` has shown of the flights, a sentence. findings: what failures go
     with, and the keys that each names; by: `successes` of the first; parts: the flights with each of its values, if it is
-    said. tail: the chance that an interval misses the truth on either side.
+    said. tail: the chance that an interval misses the truth on either side. limited: whether limits of the user's judge
+    flights; lacking: what others lack of being as commanded, of those that are graded.
     """
 
     flights: int
@@ -82,6 +85,8 @@ class CampaignSummary(NamedTuple):
     by: str = ""
     parts: Mapping[str, "CampaignSummary"] = {}
     tail: float = TAIL
+    limited: bool = True
+    lacking: Mapping[int, tuple[str, ...]] = {}
 
     @property
     def each(self) -> Mapping[str, "CampaignSummary"]:
@@ -118,7 +123,8 @@ def summarise(
     copies = scored and alike(flown) and alike(store.read(store.manifest["metrics"]))
     points, uneven = 0 if random else min(grid, count), grid if count % grid else 0
     found = tallied(flown, tail)._replace(worst=worst(flown), copies=copies, rest=rest, singly=tuple(singly))
-    return found._replace(points=points, uneven=uneven)
+    told = [] if uneven and count > 1 and not copies else found.spreads  # which would count some points more often
+    return found._replace(points=points, uneven=uneven, spreads=told)
 
 
 def tallied(flown: pa.Table, tail: float) -> CampaignSummary:
@@ -167,18 +173,44 @@ def as_sentence(meaning: str) -> str:
     return f" {meaning[2:3].upper()}{meaning[3:-1]}." if meaning else ""
 
 
-def answer(summary: CampaignSummary) -> str:
-    """How many succeed, and by what they are judged."""
-    if summary.by:
-        return f"{summary.decision} {summary.by}{as_sentence(summary.meaning)}".lstrip()
-    if summary.flights == 1:
-        said = f"The only flight {'succeeded' if summary.success.value else 'failed'}"
-    elif summary.success.value == 1.0:
-        said = f"All {summary.flights:,} flights succeeded"
+def as_commanded(lacking: Mapping[int, tuple[str, ...]], reach: int, flights: int) -> str:
+    """How many of the graded flights that reach the end are as commanded, what the others lack, and how many are not graded:
+    sentences of their own, or where none is, first a clause. reach: so many of the flights reach the end.
+    """
+    ended, bad = len(lacking), sum(map(bool, lacking.values()))
+    more = max(0, reach - ended)
+    if not ended:
+        return ". No flight that reaches the end is graded" * bool(more)
+    lack = Counter(itertools.chain(*lacking.values())).most_common()
+    why = units.listed([f"{label} in {times:,}" if ended > 1 else label for label, times in lack])
+    none, shown = bad == ended, " graded flights" * bool(more)
+    if flights == 1:
+        said = f"it is{' not' * bad} as commanded"
+    elif ended == 1:
+        said = f"the only one of the{shown or ' flights'} that reaches the end is{' not' * bad} as commanded"
     else:
-        said = f"{units.percent(summary.success.value)} of {units.counted(summary.flights, 'flight')} succeeded"
-    more = f" (95 % interval {within(*summary.success[1:])})." if summary.statistical else f". {summary.why_not}"
-    return f"{summary.decision} {said}{more}{as_sentence(summary.meaning)}".lstrip()
+        ends = " that reach the end" * (not none or bool(more and reach < flights))
+        of = f"{'none' if none else f'{bad:,}' if bad else 'all'} of the {ended:,}{shown}{ends}"
+        said = f"{of} {'is' if none or bad == 1 else 'are'}{' not' * (0 < bad < ended)} as commanded"
+    why = f". {why[0].upper()}{why[1:]}" if none else f"{': ' * bool(why)}{why}"
+    said += why + f"; the other {'is' if more == 1 else f'{more:,} are'} not graded" * bool(more)
+    return f"; {said}" if none else f". {said[0].upper()}{said[1:]}"
+
+
+def answer(summary: CampaignSummary) -> str:
+    """How many succeed, by what they are judged and, without limits, how many reach the end and how many do as commanded."""
+    flights, share, sure = summary.flights, summary.success.value, ""
+    did = "succeeded" if summary.limited else "reached the end"
+    if summary.by:
+        said = summary.by[:-1].replace("succeeded", did, 1)
+    elif flights == 1:
+        said = f"The only flight {did if share else 'failed'}"
+    else:
+        said = f"{f'All {flights:,}' if share == 1.0 else f'{units.percent(share)} of {flights:,}'} flights {did}"
+        sure = f" (95 % interval {within(*summary.success[1:])})" * summary.statistical
+    graded = "" if summary.limited else as_commanded(summary.lacking, summary.outcomes.get(OUTCOMES[0], 0), flights)
+    why_not = "" if summary.statistical or summary.by else f" {summary.why_not}"
+    return f"{summary.decision} {said}{sure}{graded}.{why_not}{as_sentence(summary.meaning)}".lstrip()
 
 
 def sentences(summary: CampaignSummary) -> list[str]:
