@@ -40,6 +40,16 @@ FLIGHTS = {
          "events": [{"type": "rotor", "time": 8.9, "rotor": 1, "efficiency": 0.0}]},
         ["rate_growth"],
     ),
+    "a rotor lost at the last moment, long after a step": (
+        {"vehicle": X500, "path": {**HOVER, "end": [1.0, 0.0, 4.0]}, "simulation": {"duration": 10.0},
+         "events": [{"type": "rotor", "time": 9.75, "rotor": 1, "efficiency": 0.0}]},
+        ["rate_growth"],
+    ),
+    "blown away at the last moment, long after a step": (
+        {"vehicle": X500, "path": {**HOVER, "end": [1.0, 0.0, 4.0]}, "simulation": {"duration": 10.0},
+         "wind": {"gust": {"velocity": [30.0, 0.0, 0.0], "start": 9.3, "length": 0.7}}},
+        ["error_growth"],
+    ),
     "a nose that does not turn": (
         {"vehicle": X500, "path": {**CIRCLE, "yaw_rate": 0.6},
          "controller": {"type": "pid", "rate": [20.0, 20.0, 0.01], "rate_integral": 0.0}},

@@ -115,7 +115,23 @@ def test_a_vehicle_that_stays_where_it_started_has_a_relative_error_of_one():
 ])  # fmt: skip
 def test_growth_is_faster_than_in_proportion_to_time(error, grows):
     t = np.linspace(0.0, 1.0, 2000)
-    (growth,) = late_growth(np.column_stack([np.abs(error(t)), np.ones(len(t))]), t)
+    (growth,) = late_growth(np.column_stack([np.abs(error(t)), np.ones(len(t)), np.zeros(len(t))]), t)
+    assert (growth > 2.0) == grows
+
+
+@pytest.mark.parametrize(("asks", "early", "grows"), [
+    ([(0.1, 0.101)], 0.1, True),  # a step, and what it moves
+    ([(0.7, 0.701)], 0.7, False),  # it came too late to be over
+    ([], 0.2, True),  # a gust while it holds a point
+    ([(0.0, 1.0)], 0.2, True),  # the same around a circle
+    ([(0.0, 1.0)], 0.6, False),
+    ([(0.0, 0.2), (0.9, 1.0)], 0.1, False),  # a path that asks for more at the end, as it did early
+])  # fmt: skip
+def test_growth_is_compared_with_what_is_like_the_end(asks, early, grows):
+    t = np.linspace(0.0, 1.0, 2000)
+    asked = np.max([np.zeros(len(t)), *((begin <= t) & (t <= end) for begin, end in asks)], axis=0)
+    value = np.where((early <= t) & (t < early + 0.1), 1.0, 0.0) + np.where(t > 0.98, 50.0 * (t - 0.98), 0.0)
+    (growth,) = late_growth(np.column_stack([value, np.ones(len(t)), asked]), t)
     assert (growth > 2.0) == grows
 
 

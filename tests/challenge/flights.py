@@ -9,9 +9,12 @@ from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.linear.wind_limit import cannot_hover
+from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.verdict import FlightGrade, graded
 from quadstep.mission.schema import Mission
 from tests.challenge.search import Attempt, Search
+
+STEPPING = "pid", "geometric", "lqr"
 
 VEHICLES = ("x500", "crazyflie", "hummingbird", "research-2.6kg")
 
@@ -27,24 +30,65 @@ def verdict(content: dict[str, object], case: str) -> Attempt:
 
 
 def lost_rotors(seed: int) -> Iterable[Attempt]:
-    """A rotor stops 0.1 to 3 s before the end of a flight around a circle or in a hover, calm or in wind."""
+    """A rotor stops 0.1 to 3 s before the end of a flight around a circle, in a hover or after a step, calm or in wind."""
     random = np.random.default_rng(seed)
     while True:
         vehicle, radius = str(random.choice(VEHICLES)), float(random.choice([0.0, 1.0, 3.0]))
         duration, late = float(random.uniform(5.0, 20.0)), float(0.1 * 30.0 ** random.uniform())
         circle = {"type": "circle", "centre": [0.0, 0.0, 9.0], "radius": radius, "period": 3.0 + 4.0 * radius, "ramp": 2.0}
-        hover = {"type": "step", "start": [0.0, 0.0, 9.0], "end": [0.0, 0.0, 9.0], "duration": 2.0}
+        size, law = float(random.choice([0.0, 1.0, 2.0])), str(random.choice(STEPPING))
+        hover = {"type": "step", "start": [0.0, 0.0, 9.0], "end": [size, 0.0, 9.0], "duration": 2.0}
         speed = float(random.choice([0.0, 3.0]))
         content = {
             "vehicle": {"preset": vehicle},
+            "controller": {"type": law},
             "path": circle if radius else hover,
             "wind": {"mean": [speed, 0.0, 0.0]},
             "simulation": {"duration": duration},
             "events": [{"type": "rotor", "time": duration - late, "rotor": int(random.integers(1, 5)), "efficiency": 0.0}],
         }
         yield verdict(
-            content, f"{vehicle}, radius {radius:g} m, wind {speed:g} m/s, {duration:.6g} s, lost {late:.6g} s before"
+            content,
+            f"{vehicle}, {law}, radius {radius:g} m, step {size:g} m, wind {speed:g} m/s, {duration:.6g} s, "
+            f"lost {late:.6g} s before",
         )
+
+
+def blown_off(seed: int) -> Iterable[Attempt]:
+    """A gust carries a vehicle away in the last second of a flight, long after a step: to two arms and half the step or
+    more, and still by 0.5 m/s.
+    """
+    random = np.random.default_rng(seed)
+    while True:
+        vehicle, law = str(random.choice(VEHICLES)), str(random.choice(STEPPING))
+        size, duration, speed = (
+            float(random.uniform(0.0, 2.0)),
+            float(random.uniform(6.0, 15.0)),
+            float(random.uniform(10.0, 40.0)),
+        )
+        heading, start = float(random.uniform(-math.pi, math.pi)), float(random.uniform(0.2, 1.0))
+        gust = {
+            "velocity": [speed * math.cos(heading), speed * math.sin(heading), 0.0],
+            "start": duration - start,
+            "length": start,
+        }
+        content = {
+            "vehicle": {"preset": vehicle},
+            "path": {"type": "step", "start": [0.0, 0.0, 9.0], "end": [size, 0.0, 9.0]},
+            "controller": {"type": law},
+            "wind": {"gust": gust},
+            "simulation": {"duration": duration},
+        }
+        mission = Mission.model_validate(content)
+        log = fly(mission.plan())
+        off = np.linalg.norm(position_errors(log)[[-11, -1]], axis=1)
+        far = off[1] > max(2.0 * mission.arm, 0.5 * size)
+        leaving = far and (off[1] - off[0]) / float(log.column("t")[-1] - log.column("t")[-11]) > 0.5
+        found = graded(mission.flight_metrics(log)[0])
+        good = found.grade is FlightGrade.AS_COMMANDED
+        said = f"{vehicle}, {law}, step {size:.6g} m, {duration:.6g} s, gust {speed:.6g} m/s at {heading:.6g} rad"
+        said += f" from {start:.6g} s before its end: {off[1]:.3g} m off, {found.grade.value}"
+        yield Attempt(2.0 if leaving and good else 0.0, said)
 
 
 def far_off(seed: int) -> Iterable[Attempt]:
@@ -161,6 +205,7 @@ SEARCHES = [
         "no flight that loses a rotor 0.1 s before its end or earlier is as commanded",
         lost_rotors,
     ),
+    Search("as commanded, blown off", "no flight that a gust carries away at its end is as commanded", blown_off),
     Search(
         "as commanded, far off",
         "no flight that is off its path by more than 3 m on average is as commanded",

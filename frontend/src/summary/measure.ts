@@ -63,7 +63,7 @@ export function measure(flight: Flight, data: FlightData, given: Inputs | undefi
 type Errors = Pick<Measures, "rmse" | "largest" | "relative" | "growth">;
 
 function errors(flight: Flight, { since, arm }: SummaryData): Errors {
-  const axes = flight.names.filter((name, i) => flight.units[i] === "m" && flight.has(`${name}_d`));
+  const axes = axesOf(flight);
   const first = flight.times.findIndex((t) => t >= since);
   const none = { rmse: undefined, largest: undefined, relative: undefined, growth: undefined };
   if (!axes.length || flight.rows < 2 || first < 0 || flight.last <= since) return none;
@@ -77,7 +77,22 @@ function errors(flight: Flight, { since, arm }: SummaryData): Errors {
   const from = (places: readonly number[]): number => rms(lengths(wanted.map((values, i) => values.map((value) => value - places[i]!))).map((value) => Math.min(value, FAR)));
   const scale = moves ? Math.min(from(flown.map((values) => values[0]!)), from(wanted.map((values) => values[0]!))) : ARMS * (arm || ARM);
   const counted = moves ? distances : distances.subarray(count >> 1);
-  return { ...found, relative: scale > 0 ? rms(counted) / scale : undefined, growth: growth(distances, scale) };
+  return { ...found, relative: scale > 0 ? rms(counted) / scale : undefined, growth: growth(distances, scale, lengths(accelerations(flight, axes)).subarray(first)) };
+}
+
+/** Along which its position is asked for. */
+function axesOf(flight: Flight): string[] {
+  return flight.names.filter((name, i) => flight.units[i] === "m" && flight.has(`${name}_d`));
+}
+
+/** What the path asks for along each axis [m/s^2]; 0 in the first and the last row. */
+function accelerations(flight: Flight, axes: readonly string[]): Float64Array[] {
+  const rows = flight.rows;
+  const step = (flight.times[rows - 1]! - flight.times[0]!) / (rows - 1);
+  return axes.map((axis) => {
+    const path = flight.column(`${axis}_d`)!;
+    return path.map((value, k) => (k > 0 && k < rows - 1 ? (path[k + 1]! - 2 * value + path[k - 1]!) / (step * step) : 0));
+  });
 }
 
 /** Whether a path moves: one that is a point or steps to one does not. */
@@ -89,7 +104,7 @@ function moving(wanted: readonly Float64Array[]): boolean {
 
 function rates(flight: Flight): number | undefined {
   const names = [["p", "q", "r"], ["psi_dot", "theta_dot", "phi_dot"]].find((some) => flight.has(...some));
-  return names && flight.rows > 1 ? growth(lengths(names.map((name) => flight.column(name)!)), RATE_SCALE) : undefined;
+  return names && flight.rows > 1 ? growth(lengths(names.map((name) => flight.column(name)!)), RATE_SCALE, lengths(accelerations(flight, axesOf(flight)))) : undefined;
 }
 
 const SWING = 0.25;
@@ -103,11 +118,8 @@ function shaking(flight: Flight): number | undefined {
   const first = Math.max(rows >> 1, half);
   const axis = thrustAxis(flight);
   if (!axis || half < 2 || rows - half - first < 2 * half) return undefined;
-  const step = span / (rows - 1);
-  const asked = axis.map((_, i) => {
-    const path = flight.has("x_d", "y_d") ? flight.column(i ? "y_d" : "x_d")! : new Float64Array(rows);
-    return path.map((value, k) => (k > 0 && k < rows - 1 ? (path[k + 1]! - 2 * value + path[k - 1]!) / (step * step) / GRAVITY : 0));
-  });
+  const level = flight.has("x_d", "y_d");
+  const asked = level ? accelerations(flight, ["x", "y"]).map((values) => values.map((value) => value / GRAVITY)) : axis.map(() => new Float64Array(rows));
   const [swung, twice] = [axis, asked].map((parts) => rms(lengths(parts.map((values) => fromMean(values, half).subarray(first - half)))));
   return Math.sqrt(Math.max(swung! * swung! - 2 * twice! * (2 * twice!), 0));
 }
@@ -131,9 +143,10 @@ const PARTS = 8;
 const FLOOR = 1e-4;
 const ENDS = 64;
 const END_FLOOR = 5e-4;
+const ASKED = 0.02;
 
-/** See quadstep/metrics/reductions.py, LateGrowth. */
-function growth(values: Float64Array, scale: number): number {
+/** See quadstep/metrics/reductions.py, late_growth. */
+function growth(values: Float64Array, scale: number, asked: Float64Array): number {
   const count = values.length;
   if (count < PARTS) return 0;
   const edge = (part: number): number => Math.floor((count * part) / PARTS);
@@ -141,8 +154,15 @@ function growth(values: Float64Array, scale: number): number {
   const ratio = Math.min(...[0, 1, 2].map((i) => (parts[i]! > 0 ? parts[i + 1]! / parts[i]! : 1)));
   const steady = parts[3]! > FLOOR * scale ? ratio * ratio * ratio : 0;
   const cut = count - Math.max(1, Math.floor(count / ENDS));
-  const [before, late, end] = [[0, edge(7)], [edge(7), cut], [cut, count]].map(([a, b]) => greatest(values.subarray(a, b)));
+  const [before, late, end] = [[alike(asked, edge(7)), edge(7)], [edge(7), cut], [cut, count]].map(([a, b]) => greatest(values.subarray(a, b)));
   return Math.max(steady, end! > late! ? end! / (Math.max(before!, END_FLOOR * scale) || Infinity) : 0);
+}
+
+/** The row from which on to the row `last` a flight is like what follows that. */
+function alike(asked: Float64Array, last: number): number {
+  const since = asked.reduce((found, value, row) => (value > ASKED ? row + 1 : found), 0);
+  if (since <= asked.length >> 1) return (since + last) >> 1;
+  return greatest(asked.subarray(last >> 1, last)) >= 0.99 * greatest(asked.subarray(last)) ? last >> 1 : 0;
 }
 
 function heading(flight: Flight, since: number): number | undefined {

@@ -136,12 +136,26 @@ def error_against_path(flight: LoggedFlight) -> QuantityRows | None:
 
 
 def error_over_time(flight: LoggedFlight) -> QuantityRows | None:
-    """As `error_against_path`, of the whole flight."""
+    """As `error_against_path`, of the whole flight, and the acceleration that the path asks for [m/s^2]."""
     found, against = position_error(flight), error_against_path(flight)
     if found is None or against is None:
         return None
     scale = np.full(len(found.t), np.sqrt(np.mean(np.square(against.values[:, 1]))))
-    return QuantityRows({"error": "-"}, np.column_stack([np.linalg.norm(found.values, axis=1), scale]), found.t)
+    off, asked = np.linalg.norm(found.values, axis=1), asked_over_time(flight.log)[-len(found.t) :]
+    return QuantityRows({"error": "-"}, np.column_stack([off, scale, asked]), found.t)
+
+
+def asked_acceleration(log: FlightLog, *axes: str) -> Numbers:
+    """What the path asks for along these axes, shape (samples, axes) [m/s^2]: of a jump, much; of the ends of the log, 0."""
+    t, path = log.column("t"), log.table(*(f"{axis}_d" for axis in axes))
+    step, asked = (t[-1] - t[0]) / (len(t) - 1), np.zeros_like(path)
+    asked[1:-1] = (path[2:] - 2.0 * path[1:-1] + path[:-2]) / (step * step)
+    return asked
+
+
+def asked_over_time(log: FlightLog) -> Numbers:
+    """Its magnitude [m/s^2]."""
+    return np.linalg.norm(asked_acceleration(log, *position_axes(log)), axis=1)
 
 
 RATES = (("p", "q", "r"), ("psi_dot", "theta_dot", "phi_dot"))
@@ -152,12 +166,13 @@ RATE_SCALE = 1e3
 
 
 def rates_over_time(flight: LoggedFlight) -> QuantityRows | None:
-    """Magnitude of the angular rates, and `RATE_SCALE`."""
+    """Magnitude of the angular rates, `RATE_SCALE`, and the acceleration that the path asks for [m/s^2]."""
     names = next((names for names in RATES if has(flight, *names)), None)
     if names is None:
         return None
     rates = np.linalg.norm(flight.log.table(*names), axis=1)
-    return rows(flight, {"rate": "-"}, np.column_stack([rates, np.full(len(rates), RATE_SCALE)]))
+    scale, asked = np.full(len(rates), RATE_SCALE), asked_over_time(flight.log)
+    return rows(flight, {"rate": "-"}, np.column_stack([rates, scale, asked]))
 
 
 def attitude_error(flight: LoggedFlight, against: slice = slice(None)) -> QuantityRows | None:
@@ -233,10 +248,8 @@ def swings(flight: LoggedFlight) -> QuantityRows | None:
     if len(names) == 4:
         w, x, y, z = axis.T
         axis = np.column_stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x)])
-    asked = np.zeros((len(t), 2))
-    if has(flight, "x_d", "y_d"):
-        path, step = flight.log.table("x_d", "y_d"), (t[-1] - t[0]) / (len(t) - 1)
-        asked[1:-1] = (path[2:] - 2.0 * path[1:-1] + path[:-2]) / (step * step) / GRAVITY
+    level = has(flight, "x_d", "y_d")
+    asked = asked_acceleration(flight.log, "x", "y") / GRAVITY if level else np.zeros((len(t), 2))
     lengths = [np.linalg.norm(from_mean(one, half)[first - half :], axis=1) for one in (axis, asked)]
     return QuantityRows({"swing": "rad"}, np.column_stack(lengths), t[first:last])
 

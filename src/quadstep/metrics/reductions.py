@@ -185,14 +185,18 @@ GROWTH_PARTS, GROWTH_FLOOR = 8, 1e-4
 END_PARTS, END_FLOOR = 64, 5e-4
 """The last of so many equal parts is the end; what was before counts as at least this share of its scale."""
 
+ASKED = 0.02
+"""A path that asks for less acceleration asks for nothing [m/s^2]: an eighth of a degree of tilt."""
+
 
 def late_growth(rows: Numbers, _t: Numbers) -> list[float]:
     """How many times the first entry grows towards the end of the flight, steadily or at once, whichever is more.
 
     Steadily: the cube of the least ratio of root mean squares in successive eighths of the last four; 0 where the last is
     below `GROWTH_FLOOR` of the second entry. It is 1.5 for growth in proportion to time, and above 2 for faster than
-    t^1.62. At once: the largest value of the last 64th divided by the largest of the first seven eighths, or by
+    t^1.62. At once: the largest value of the last 64th divided by the largest before the last eighth, from `alike` on, or by
     `END_FLOOR` of the second entry if that is more; 0 where the last eighth has a larger one earlier, as after a late step.
+    The third entry is the acceleration that the path asks for [m/s^2].
     """
     count = len(rows)
     if count < GROWTH_PARTS:
@@ -201,9 +205,20 @@ def late_growth(rows: Numbers, _t: Numbers) -> list[float]:
     parts = [rmse(rows[a:b, 0]) for a, b in pairwise(edges)]
     ratio = min(later / earlier if earlier > 0.0 else 1.0 for earlier, later in pairwise(parts))
     steady = ratio * ratio * ratio if parts[-1] > GROWTH_FLOOR * rows[0, 1] else 0.0
-    cuts = [edges[-2], count - max(1, count // END_PARTS)]
-    before, late, end = (float(part.max(initial=0.0)) for part in np.split(rows[:, 0], cuts))
+    cuts = [alike(rows[:, 2], edges[-2]), edges[-2], count - max(1, count // END_PARTS)]
+    _, before, late, end = (float(part.max(initial=0.0)) for part in np.split(rows[:, 0], cuts))
     return [max(steady, end / (max(before, END_FLOOR * rows[0, 1]) or math.inf) if end > late else 0.0)]
+
+
+def alike(asked: Numbers, last: int) -> int:
+    """The row from which on to the row `last` a flight is like what follows that: the second half of what is before `last`, or
+    of what is between the last row that asks for anything and `last`; the first row, if more is asked after `last` than there.
+    """
+    busy, half = np.flatnonzero(asked > ASKED), last // 2
+    since = int(busy[-1]) + 1 if len(busy) else 0
+    if since <= len(asked) // 2:
+        return (since + last) // 2
+    return half if asked[half:last].max() >= 0.99 * asked[last:].max() else 0
 
 
 def overturned(rows: Numbers, _t: Numbers) -> list[float]:
