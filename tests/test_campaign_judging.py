@@ -147,7 +147,7 @@ def test_points_of_a_grid_flown_often_have_no_intervals(tmp_path):
 
 @pytest.mark.parametrize(
     ("flights", "said", "more"),
-    [(20, "20 flights are only the first of a grid of 30 points", 30), (70, "do not cover its grid of 30", 90)],
+    [(20, "20 flights do not cover its grid of 30 points evenly", 30), (70, "do not cover its grid of 30", 90)],
 )
 def test_flights_that_leave_points_of_a_grid_out_show_nothing_of_the_campaign(tmp_path, flights, said, more):
     path, out = tmp_path / "camp.toml", tmp_path / "out"

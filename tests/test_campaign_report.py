@@ -342,7 +342,7 @@ def test_nothing_that_varies_and_a_choice_of_one_value(tmp_path, unflown):
 
 def test_copies_of_one_flight_are_said_to_be_that(tmp_path, unflown):
     for count, said in ((1, False), (8, True)):
-        text, _ = reported(
+        text, cells = reported(
             tmp_path / str(count), "", count, metrics=lambda _, flights: np.full((len(flights), len(METRICS)), 0.5)
         )
         assert text.count(f"Its {count} flights do not differ, so there are no statistics.") == said
@@ -350,7 +350,8 @@ def test_copies_of_one_flight_are_said_to_be_that(tmp_path, unflown):
         assert "95 %" not in text
         assert text.count("It is a single flight, which gives no success rate.") == (not said)
         assert (f"All {count} flights succeeded." in text) == said
-        assert "500 [500, 500] mm" not in text
+        assert "500 [500, 500] mm" not in text and "median" not in text
+        assert "position RMSE" in {row[0] for row in cells if len(row) == 2}, "without a share below"
     assert "do not differ" not in reported(tmp_path / "noisy", "", 8)[0]
 
 

@@ -60,6 +60,15 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
         assert needed in run.out
 
 
+def test_a_hover_that_never_moves_gets_a_certificate(tmp_path):
+    still = '[path]\ntype = "step"\nstart = [0, 0, 1.0]\nend = [0, 0, 1.0]\n[controller]\ntype = "backstepping"\n'
+    file = write(tmp_path, f"{still}[controller.nets]\nenabled = false\n[simulation]\nduration = 0.1\n")
+    run = quadstep("certify", file, "--out", tmp_path / "out")
+    assert (run.code, run.err) == (0, "")
+    assert "does not test it" in run.out
+    assert (tmp_path / "out" / "changes.png").is_file()
+
+
 def test_a_diverging_flight_ends_with_3_and_keeps_its_certificate(tmp_path, undrawn):
     run = quadstep("certify", EXAMPLES / "theorem_fails.toml", "--out", tmp_path / "out")
     assert (run.code, run.err) == (errors.DIVERGED, "")

@@ -411,6 +411,8 @@ def test_equal_missions_share_what_is_kept_and_compare_as_equal(tmp_path):
     assert (result.code, result.err) == (0, "")
     (pair,) = rows(out, "pairs.csv")
     assert (float(pair["difference[m]"]), float(pair["first_better_share"]), pair["better"]) == (0.0, 0.5, "")
+    assert "one and same differ in no setting, so their flights are the same." in result.out
+    assert "they are the same" in result.out and "tell them apart" not in result.out and "Next:" not in result.out
     assert [len(list((out / kind).iterdir())) for kind in ("flights", "linear", "costs")] == [2, 1, 1]
     assert not (out / RUNNING).exists()
 

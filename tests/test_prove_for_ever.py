@@ -25,6 +25,7 @@ from quadstep.numbers.rotations import from_rotation_vector, rotation_vector
 from quadstep.proofs.prove.certificate_file import read_set
 from quadstep.proofs.prove.check_loop import CheckedLoop
 from quadstep.proofs.prove.check_set import UNKNOWNS, box, mapped_image, starts_of
+from quadstep.proofs.prove.for_ever import sentence
 from quadstep.proofs.prove.hold import Departure, invariant_set
 from quadstep.proofs.prove.rest import path_rests, rest
 from quadstep.proofs.prove.sampled import SampledLoop
@@ -75,6 +76,23 @@ def test_hover_with_lagging_rotors_is_proved_to_hold_for_ever(proved):
     for needed in ("attitude", "°", "rates", "°/s", "speeds", "rad/s", "m/s", "mm"):
         assert needed in out
     assert read_set(file).start > 8e-4
+
+
+@pytest.mark.parametrize(
+    ("start", "begun", "point"),
+    [
+        (3.8e-3, (0.5, 0.0, 3.0), "of (0.5, 0, 3) m"),
+        (3.8e-3, (3.32347e-17, -1.44686e-22, 3.0), "of about (0, 0, 3) m"),
+        (3.8e-3, (0.123456789, 0.0, 1000.25), "of about (0.123457, 0, 1000.25) m"),
+        (2e-9, (1.23456789e-8, 0.0, 3.0), "of about (1.2346e-08, 0, 3) m"),
+    ],
+)
+def test_where_a_flight_may_start_is_rounded_to_what_matters(start, begun, point):
+    said = sentence(Unknown(), start, begun, True, 0.002, "1 mm along x")
+    assert point in said
+    shown = [float(one) for one in re.search(r"\((.*?)\) m on", said)[1].split(", ")]
+    assert max(map(abs, np.subtract(shown, begun))) <= 1e-3 * start
+    assert ("about" in said) == (shown != list(begun))
 
 
 def test_flights_from_the_corners_and_within_stay_in_the_set(proved):

@@ -385,7 +385,7 @@ def test_a_budget_that_is_too_small(tmp_path, budget):
     done = tune(written(tmp_path, QUICK), tmp_path / "out", budget)
     assert done.refused
     assert f"--budget: at least 19 flights are needed, not {budget}: 1 with the current gains" in done.err
-    assert "16 for one generation of 16 candidates" in done.err
+    assert "16 for one generation of 16 candidates, and for the comparison 2 x 1\n" in done.err, "nothing is random"
     assert tune(written(tmp_path, QUICK), tmp_path / "out", 19).code == 0
 
 

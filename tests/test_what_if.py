@@ -23,6 +23,7 @@ from quadstep.studies.what_if_report import (
     at_once,
     better_or_worse,
     changed_words,
+    compared,
     hidden_effects,
     in_flight,
     picture,
@@ -245,6 +246,12 @@ def test_a_difference_is_that_of_the_numbers_shown():
     assert at_once("rise time", 1.0, 1.0, " s", False)[1:4] == ("1.00 s", "1.00 s", "0 s")
     assert at_once("delay margin", math.inf, 3.0, " ms", True, 1)[1:5] == ("none", "3.0 ms", "–", 0.0)
     assert at_once("rise time", math.nan, 3.0, " s", False)[1:5] == ("–", "3.00 s", "–", 0.0)
+
+
+def test_the_sentence_says_by_how_many_points_more_or_fewer_flights_fail():
+    assert compared(Estimate(1.0, 0.832, 1.0)) == ": more, by 100 points (83.2 to 100)"
+    assert compared(Estimate(-0.25, -0.4, -0.1)) == ": fewer, by 25 points (10 to 40)"
+    assert compared(Estimate(0.0, -0.1, 0.2)) == "; no difference is shown, 0 [−10, +20] points"
 
 
 def test_a_change_that_saves_the_hardest_flights_is_not_said_to_fly_worse():

@@ -212,7 +212,8 @@ def compared(difference: Estimate) -> str:
     """Whether more or fewer flights fail, in a clause."""
     low, high = difference.low, difference.high
     if low > 0.0 or high < 0.0:
-        return f": {'more' if low > 0.0 else 'fewer'}, by {points(difference)}"
+        value, *ends = (f"{100.0 * abs(part):.3g}" for part in (difference.value, *sorted((low, high), key=abs)))
+        return f": {'more' if low > 0.0 else 'fewer'}, by {value} points ({' to '.join(ends)})"
     return f"; no difference is shown, {points(difference)}"
 
 

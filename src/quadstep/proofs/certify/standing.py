@@ -208,4 +208,4 @@ def visible(c: FlightCertificate) -> dict[str, Array]:
     """The `parts` that are large enough to be drawn."""
     every = parts(c)
     size = {name: np.abs(values).max() for name, values in every.items()}
-    return {name: values for name, values in every.items() if size[name] > FAINT * max(size.values())}
+    return {name: values for name, values in every.items() if size[name] >= FAINT * max(size.values())}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -86,11 +87,12 @@ def off_rest(metres: float) -> str:
 def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, period: float, bounds: str) -> str:
     others = f" {under(Unknown(*unknown[:4]))}," if any(unknown[:4]) else ""
     also = off(unknown._replace(start=0.0))
-    point = ", ".join(f"{one:.6g}" for one in begun)
+    shown = [round(one, 3 - math.floor(math.log10(max(start, NOTHING)))) + 0.0 for one in begun]
+    point = f"{'about ' * (shown != [*begun])}({', '.join(f'{one:.12g}' for one in shown)})"
     like = "the mission's" if own else "rest, the law's memory included (the mission's own start is too far from it)"
     near = f"within {' and '.join(also)} of " if also else "" if own else "at "
     return (
-        f"every flight{others} whose start is within {length(start, rounded_down, 3)} of ({point}) m on each axis stays "
+        f"every flight{others} whose start is within {length(start, rounded_down, 3)} of {point} m on each axis stays "
         f"within {bounds} of the loop's rest. All else at its start is {near}{like}; the bounds hold at all samples from "
         f"{period:g} s to {LONGEST:,.0f} s (11.6 days), the longest time that this proof covers."
     )

@@ -76,9 +76,7 @@ Columns = Mapping[str, VariedKey]
 
 
 class ReportSubject(NamedTuple):
-    """What a report is of. path: of the campaign file, as given. out: a folder for its figures. columns: its keys.
-    again: the flights that it shows.
-    """
+    """What a report is of. path: of the campaign file. out: for its figures. columns: its keys. again: flights shown."""
 
     store: Store
     campaign: Campaign

@@ -29,26 +29,22 @@ SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 
 
 def facts(summary: CampaignSummary, which: str = "") -> list[markup.Fact]:
-    """The largest quantile of each metric that is known. which: flights these are, if not all."""
-    if not summary.statistical:
-        return medians_only(summary)
+    """The largest quantile of each metric that is known, or what one flight has. which: flights these are, if not all."""
     found = []
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
         share, one = list(spread.quantiles.items())[-1]
-        what, of = ("median", "") if share == QUANTILES[0] else (f"{100.0 * share:g}th percentile", "of ")
+        what = "" if alone(summary) else "median " if share == QUANTILES[0] else f"{100.0 * share:g}th percentile of "
         ends = " to ".join(units.quantity(end, unit) for end in one[1:])
         only = "; of completed flights only" * (summary.flights > spread.flights)
         interval = f"95 % interval: {ends}{only}" if one.bounded else FEW
-        found.append(markup.Fact(f"{what} {of}{words}{f', {which}' * bool(which)}", units.estimate(*one, unit), interval))
+        told = (units.estimate(*one, unit), interval) if summary.statistical else (units.quantity(one.value, unit),)
+        found.append(markup.Fact(f"{what}{words}{f', {which}' * bool(which)}", *told))
     return found
 
 
-def medians_only(summary: CampaignSummary) -> list[markup.Fact]:
-    """The metrics where nothing is statistical, by their medians."""
-    named = [(units.metric(one.metric), one.quantiles[QUANTILES[0]].value) for one in summary.spreads]
-    what = "" if summary.copies or summary.flights == 1 else "median "
-    return [markup.Fact(f"{what}{words}", units.quantity(value, unit)) for (words, unit), value in named]
+def alone(summary: CampaignSummary) -> bool:
+    return summary.copies or summary.flights == 1
 
 
 def opening(store: Store, campaign: Campaign, summary: CampaignSummary, path: Path) -> list[Section]:
@@ -135,20 +131,19 @@ def percent(one: Estimate) -> str:
 
 
 def distributions(summary: CampaignSummary) -> TableSection:
-    """The quantiles as a table; the medians where nothing is statistical."""
-    title = "Distance from the path", "distributions"
-    if not summary.statistical:
-        return TableSection(
-            *title, ("of completed flights", "value"), [(one.what, one.value) for one in medians_only(summary)]
-        )
-    header = "of completed flights", "share below", "value with its 95 % interval"
-    return by_choice(*title, header, {which: quantiles(part) for which, part in summary.each.items()})
+    header = "of completed flights", "share below", f"value{' with its 95 % interval' * summary.statistical}"
+    rows = {which: quantiles(part) for which, part in summary.each.items()}
+    return by_choice("Distance from the path", "distributions", header, rows)
 
 
 def quantiles(summary: CampaignSummary) -> list[tuple[str, str, str]]:
     """Rows of a table: metric, share of flights below, and the value, with its interval where there is one."""
     return [
-        (words, f"{100.0 * q:g} %", units.interval(*one, unit) if summary.statistical else units.quantity(one.value, unit))
+        (
+            words,
+            "–" if alone(summary) else f"{100.0 * q:g} %",
+            units.interval(*one, unit) if summary.statistical else units.quantity(one.value, unit),
+        )
         for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
         for q, one in known.items()
     ]

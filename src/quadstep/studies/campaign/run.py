@@ -90,8 +90,9 @@ def finish(
     if by:
         flown = store.read([OUTCOME, RMSE, LARGEST, SUCCESS])
         apart = values_of(next(iter(found.values()))[0], columns, flown.num_rows)
-        told = {one: tallied(flown.filter(pa.array(some)), tail) for one, some in apart.items()}
-        summary = summary._replace(parts={one: part._replace(limited=limited) for one, part in told.items()})
+        summary = summary._replace(
+            parts={at: tallied(flown.filter(pa.array(one)), tail, limited) for at, one in apart.items()}
+        )
     summary = summary._replace(meaning=campaign.meaning, decision=decision, findings=found, by=by, limited=limited)
     summary = write_report(store, campaign, summary, request.path, columns, request.sheet)
     store.save(complete=True, summary=as_json(summary))

@@ -32,7 +32,6 @@ COPIES = "Its {:,} flights do not differ, so there are no statistics."
 POINTS = "Its {:,} flights are {} of a grid, without noise, so there are no statistics."
 """Of a campaign in which nothing is drawn at random."""
 
-FIRST = "Its {:,} flights are only the first of a grid of {:,} points, so there are no statistics."
 ROUNDS = "Its {:,} flights do not cover its grid of {:,} points evenly, so there are no statistics."
 """Of a campaign that flies some points of its grid more often than others."""
 
@@ -102,7 +101,7 @@ class CampaignSummary(NamedTuple):
     def why_not(self) -> str:
         """Why they do not, where they do not."""
         if self.uneven and not self.copies:
-            return (FIRST if self.flights < self.uneven else ROUNDS).format(self.flights, self.uneven)
+            return ROUNDS.format(self.flights, self.uneven)
         if self.flights == 1:
             return SINGLE
         return COPIES.format(self.flights) if self.copies else POINTS.format(self.flights, units.counted(self.points, "point"))
@@ -127,9 +126,9 @@ def summarise(
     return found._replace(points=points, uneven=uneven, spreads=told)
 
 
-def tallied(flown: pa.Table, tail: float) -> CampaignSummary:
-    """The counts and quantiles of any flights. tail: as in `CampaignSummary`."""
-    good = int(pc.sum(flown[SUCCESS]).as_py() or 0)
+def tallied(flown: pa.Table, tail: float, limited: bool = True) -> CampaignSummary:
+    """The counts and quantiles of any flights. tail, limited: as in `CampaignSummary`."""
+    success = exact_share(int(pc.sum(flown[SUCCESS]).as_py() or 0), flown.num_rows, tail)
     counted = {entry["values"]: entry["counts"] for entry in pc.value_counts(flown[OUTCOME]).to_pylist()}
     through = pc.equal(flown[OUTCOME].cast(pa.string()), OUTCOMES[0])
     spreads = []
@@ -139,7 +138,7 @@ def tallied(flown: pa.Table, tail: float) -> CampaignSummary:
         if count_known := len(values):
             told = [q for q in QUANTILES if round(count_known * (1.0 - q), 6) >= FEWEST or q == QUANTILES[0]]
             spreads.append(MetricQuantiles(metric, count_known, {q: quantile(values, q, tail) for q in told}))
-    return CampaignSummary(flown.num_rows, exact_share(good, flown.num_rows, tail), counted, spreads, [], tail=tail)
+    return CampaignSummary(flown.num_rows, success, counted, spreads, [], tail=tail, limited=limited)
 
 
 def alike(flown: pa.Table) -> bool:
@@ -184,10 +183,9 @@ def as_commanded(lacking: Mapping[int, tuple[str, ...]], reach: int, flights: in
     lack = Counter(itertools.chain(*lacking.values())).most_common()
     why = units.listed([f"{label} in {times:,}" if ended > 1 else label for label, times in lack])
     none, shown = bad == ended, " graded flights" * bool(more)
-    if flights == 1:
-        said = f"it is{' not' * bad} as commanded"
-    elif ended == 1:
-        said = f"the only one of the{shown or ' flights'} that reaches the end is{' not' * bad} as commanded"
+    if ended == 1:
+        one = "it" if flights == 1 else f"the only one of the{shown or ' flights'} that reaches the end"
+        said = f"{one} is{' not' * bad} as commanded"
     else:
         ends = " that reach the end" * (not none or bool(more and reach < flights))
         of = f"{'none' if none else f'{bad:,}' if bad else 'all'} of the {ended:,}{shown}{ends}"

@@ -19,6 +19,8 @@ from quadstep.studies.tuning.objective import NEGLIGIBLE
 MOST_NAMED = 4
 """Situations that the answer names; more are counted."""
 
+SAME = "They differ in no setting, so their flights are the same."
+
 SEVERAL = 8
 """Controllers that a sentence names; more are counted, and tables have them."""
 
@@ -45,6 +47,8 @@ def unit_of(results: Comparison, name: str) -> Unit:
 def answer(results: Comparison) -> str:
     """Who is best where, in a sentence."""
     graded = [one.grade for one in results.results]  # none of an autopilot
+    if results.unlike == SAME:
+        return SAME.replace("They", several(results.controllers))
     short = all(one and one.grade is not FlightGrade.AS_COMMANDED for one in graded)
     begins = f"No {results.kind} flies as commanded{' in any situation' * (len(results.ranked) > 1)}: " * short
     text = overall(results) if len(results.ranked) > 1 else alone(results)
@@ -184,6 +188,7 @@ def decision(results: Comparison, situation: Situation, one: str, other: str) ->
     winner, tracks, keeps = better(results, situation, pair), pair.winner, pair.keeper
     tiny = f"by less than {100.0 * NEGLIGIBLE:g} %"
     texts = {
+        "they are the same": results.unlike == SAME,
         f"{winner} is better": winner,
         f"they differ {tiny}": results.ranked[situation].copies,
         f"{tracks} tracks better, but {keeps} loses fewer flights": tracks and keeps and tracks != keeps,

@@ -17,6 +17,7 @@ from quadstep.report.publish import publishing
 from quadstep.report.units import listed
 from quadstep.studies.campaign.schema import CampaignFile, campaign_of, digests
 from quadstep.studies.campaign.varied import leaves, text_of
+from quadstep.studies.comparison.answer import SAME
 from quadstep.studies.comparison.cells import Situation, StudyCell
 from quadstep.studies.comparison.entrants import Comparison, Entrant
 from quadstep.studies.comparison.run import ComparisonRun, FinishedComparison, How, concluded, fly, reported
@@ -101,7 +102,8 @@ def unlike(cells: Sequence[StudyCell]) -> str:
             values = (text_of(one[key]) if one.get(key) is not None else "unset" for one in tables)
             found.append(f"{label(cells[0].mission, key)} ({' against '.join(values)})")
         found += [f"{len(rest)} {'other ' if kinds else ''}keys of {section}"] if len(rest) > NAMED else []
-    return f"They differ in {listed(found)}." if found else "They differ in no setting." if len(cells) > 1 else ""
+    found = found or ["files that they name"] * any(one.campaign.named != cells[0].campaign.named for one in cells)
+    return f"They differ in {listed(found)}." if found else SAME if len(cells) > 1 else ""
 
 
 def unequal(tables: Sequence[dict[str, object]]) -> list[str]:

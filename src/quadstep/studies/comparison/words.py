@@ -8,7 +8,7 @@ from quadstep.metrics.registry import SOUND, at_rest
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import RULES
 from quadstep.report.units import counted, listed, metric, number, percent, prose
-from quadstep.studies.comparison.answer import MOST_NAMED, answer, first, leaders, several, unit_of, warned
+from quadstep.studies.comparison.answer import MOST_NAMED, SAME, answer, first, leaders, several, unit_of, warned
 from quadstep.studies.comparison.cells import Situation
 from quadstep.studies.comparison.entrants import Comparison, SituationResult
 from quadstep.studies.comparison.ranking import by_chance, fewest
@@ -104,7 +104,7 @@ def sentences(results: Comparison) -> list[str]:
         alike = ALIKE if results.seeds > 1 else ONCE
         count = counted(len(results.controllers), results.kind)
         lines.append(f"{count}, {counted(results.seeds, 'flight')} each, {alike}.")
-    lines += [results.unlike] if results.unlike else []
+    lines += [results.unlike] if results.unlike not in ("", SAME) else []
     if out := dict.fromkeys(one.controller[1] if one.controller else "a whole situation" for one in results.problems):
         lines.append(f"Missing from some or all situations because they failed: {several(list(out))}.")
     return [*lines, *(problem.line for problem in results.problems)]
@@ -138,7 +138,7 @@ def advice(results: Comparison) -> list[str]:
     """The one thing to do next."""
     who, most = first(results)
     needed, many = fewest(results.pairs) if results.pairs else 0, len(results.ranked)
-    if len(results.controllers) < 2:
+    if len(results.controllers) < 2 or results.unlike == SAME:
         return []
     if results.seeds < needed:
         return [f"Next: fly at least {needed} flights each (--seeds), as with fewer no difference can be significant."]

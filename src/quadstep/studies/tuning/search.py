@@ -105,9 +105,9 @@ def check_budget(request: TuningRequest, budget: int) -> None:
         raise UserError(f"--budget: should be from {least} to {MOST_FLIGHTS} flights, not {cut(str(budget), 60)}")
     if budget < least:
         raise UserError(
-            f"--budget: at least {least} flights are needed, not {budget}: {flights.every} with the current gains "
-            f"(tune.seeds), {flights.most(count)} for one generation of {count} candidates, and for the comparison "
-            f"2 x {request.unseen} (tune.unseen)"
+            f"--budget: at least {least} flights are needed, not {budget}: {flights.every} with the current gains, "
+            f"{flights.most(count)} for one generation of {count} candidates, and for the comparison "
+            f"2 x {request.unseen}{' (tune.unseen)' * request.different}"
         )
 
 
