@@ -136,7 +136,7 @@ def evidence(of: ReportSubject) -> Evidence:
         *more,
         *worst_section(of, flown),
         *text.opening(of.store, of.campaign, summary, of.path),
-        *text.closing(summary.statistical),
+        *([TableSection("How to read this", "reading", text=text.INTERVALS)] if summary.statistical else []),
     ]
     return Evidence(
         name=name,

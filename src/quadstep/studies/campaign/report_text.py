@@ -222,8 +222,3 @@ INTERVALS = (
     "Intervals are at 95 % (docs/campaigns.md). The ranges in which success rates differ were chosen after the flights: that "
     "they differ is no chance, but in new flights they may differ less."
 )
-
-
-def closing(statistical: bool) -> list[TableSection]:
-    """How to read the report. statistical: whether there are intervals."""
-    return [TableSection("How to read this", "reading", text=INTERVALS)] if statistical else []
