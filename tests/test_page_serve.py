@@ -493,7 +493,9 @@ def test_two_flights_are_compared_number_by_number_and_flown_in_one_page(port, r
     said = r"<p>first flight \(flight\) and report \([a-z ]+\) cannot be compared: choose two results of one kind</p>"
     assert re.search(said, text) and '<a href="/">All results</a>' in text
     status, _, text = get(port, "/compare?a=first%20flight&b=first%20flight")
-    assert (status, "cannot be compared: choose two results of one kind" in text) == (422, True)
+    assert (status, "<p>first flight cannot be compared with itself.</p>" in text) == (422, True)
+    status, _, text = get(port, "/compare?a=first%20flight&b=first%20fl<i>ght")
+    assert (status, "<p>No result “first fl&lt;i&gt;ght” here.</p>" in text) == (404, True)
     status, _, text = get(port, "/both?a=first%20flight&b=first%20flight")
     assert status == 200
     first, second = data_of(text)["flights"]

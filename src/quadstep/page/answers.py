@@ -6,7 +6,7 @@ and links are not followed.
 
 import io
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from html import escape
 from http import HTTPStatus
 from pathlib import Path, PurePosixPath
@@ -19,7 +19,7 @@ from quadstep.io.results_folder import opened
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.page.cards import list_page
 from quadstep.page.comparison import compared_page
-from quadstep.page.folder import grade, manifest, open_result, open_two, results, results_in, section
+from quadstep.page.folder import ResultFolder, grade, manifest, open_result, open_two, results, results_in, section
 from quadstep.page.model import Link
 from quadstep.page.thumbnails import first_panel, thumbnail
 from quadstep.report.markup import links, page_text, paragraph
@@ -45,6 +45,7 @@ KINDS = {
 }
 OTHER_KIND = "application/octet-stream"
 BACK = (Link("All results", "/"),)
+NOTHING = "Nothing here."
 
 
 class Answer(NamedTuple):
@@ -87,22 +88,31 @@ def folder_below(root: Path, path: str, needed: str = "flight.csv") -> Path:
     return root / name
 
 
-def two_below(root: Path, query: str, needed: str = "") -> tuple[Path, Path]:
-    """The two folders that a request compares. Raises NotFound."""
+def two_below(root: Path, query: str) -> tuple[Path, Path]:
+    """The two folders of flights that a request compares. Raises NotFound."""
     asked = parse_qs(query)
     first, second = (
-        folder_below(root, quote(asked[key][0]), needed) if asked.get(key, ["."])[0] != "." else root for key in ("a", "b")
+        folder_below(root, quote(asked[key][0])) if asked.get(key, ["."])[0] != "." else root for key in ("a", "b")
     )
     return first, second
 
 
+def first_result(root: Path, name: str) -> ResultFolder:
+    """The first result of the folder that a request names. Raises NotFound."""
+    with suppress(NotFound, OSError, ValueError):
+        if found := results_in(root, root if name == "." else folder_below(root, quote(name), "")):
+            return found[0]
+    raise NotFound(f"No result “{name}” here." if name.isprintable() and name != "." else NOTHING)
+
+
 def compare(root: Path, query: str) -> str:
     """Two results of one kind beside each other. Raises NotFound, UserError."""
-    folders = two_below(root, query)
-    first, second = (next(iter(results_in(root, folder)), None) for folder in folders)
-    if first is None or second is None:
-        raise NotFound
-    if first.kind != second.kind or folders[0] == folders[1]:
+    asked = parse_qs(query)
+    first, second = (first_result(root, asked.get(key, ["."])[0]) for key in ("a", "b"))
+    folders = [root / one.place for one in (first, second)]
+    if folders[0] == folders[1]:
+        raise UserError(f"{folders[0].name} cannot be compared with itself.")
+    if first.kind != second.kind:
         kinds = f"{folders[0].name} ({first.kind.lower()}) and {folders[1].name} ({second.kind.lower()})"
         raise UserError(f"{kinds} cannot be compared: choose two results of one kind")
     one, other = (manifest(at) or {**(of := manifest(at, "campaign.json")), **section(of, "summary")} for at in folders)
@@ -125,15 +135,15 @@ DRAWN: Mapping[str, tuple[str, Callable[[Path], str]]] = {
 
 def answer(root: Path, target: str, share: str = "") -> Answer:
     """The answer to a GET of `target`. share: what the list says of who may see it."""
-    status, said = HTTPStatus.NOT_FOUND, ["Nothing here."]
+    status, said = HTTPStatus.NOT_FOUND, [NOTHING]
     try:
         asked = urlsplit(target)
         path = asked.path
         pages: dict[str, Callable[[], str]] = {
             "/": lambda: list_page(root, results(root), share),
             "/compare": lambda: compare(root, asked.query),
-            "/thumbs": lambda: stamp(*two_below(root, asked.query, "flight.csv")),
-            "/both": lambda: open_two(two_below(root, asked.query, "flight.csv"), BACK),
+            "/thumbs": lambda: stamp(*two_below(root, asked.query)),
+            "/both": lambda: open_two(two_below(root, asked.query), BACK),
         }
         if path in pages:
             listed = {"Content-Security-Policy": LISTED} if path == "/" else {}
@@ -148,7 +158,9 @@ def answer(root: Path, target: str, share: str = "") -> Answer:
         for start, (kind, drawn) in DRAWN.items():
             if path.startswith(start):
                 return Answer(HTTPStatus.OK, KINDS[kind], drawn(folder_below(root, path.removeprefix(start))))
-    except (NotFound, OSError, ValueError):  # no such name, or none that a file can have
+    except NotFound as error:
+        said = [*map(str, error.args)] or said
+    except (OSError, ValueError):  # a name that no file can have
         pass
     except UserError as error:
         status, said = HTTPStatus.UNPROCESSABLE_ENTITY, error.lines

@@ -276,7 +276,7 @@ FEW = {*OF_LOST, "position_rmse", "largest_error", "heading_error", "rotors.acti
 WORDS = {
     "error_growth": "factor by which the error grows", "rate_growth": "factor by which the turn rates grow",
     "rotors.least": "least thrust of a rotor", "rotors.largest": "largest thrust of a rotor", "ended": "time flown",
-    "rotors.activity": "change of the rotors' thrusts", "saturated_share": "share of the time at a rotor's limit",
+    "rotors.activity": "rotor activity", "saturated_share": "share of the time at a rotor's limit",
     "lowest_thrust_share": "share of the time at a rotor's least thrust",
     "full_thrust_share": "share of the time at a rotor's full thrust",
     "shaking": "swing of the thrust's axis, RMS", "overturned": "largest tilt once upright",
