@@ -31,9 +31,11 @@ def test_a_flight_breaks_the_rules_that_it_breaks(name):
     assert [rule.metric for rule in RULES if (metrics.get(rule.metric) or 0.0) > rule.most] == broken
     assert found.grade is (FlightGrade.FLEW_BUT if broken else FlightGrade.AS_COMMANDED)
     assert len(found.reasons) == len(broken)
+    large = [reason for reason in found.reasons if "its error is large" in reason]
+    assert all(("of ten arm lengths" in one) == (content["path"]["type"] == "step") for one in large)
     assert all(f"limit {limit:g}" in reason for limit, reason in zip(limits(broken), found.reasons, strict=True))
     assert all(
-        ("rms" in reason) == (metric in ("heading_error[rad]", "shaking[rad]"))
+        ("rms" in reason) == (metric in ("heading_error[rad]", "shaking[rad]") or "of ten arm lengths" in reason)
         for metric, reason in zip(broken, found.reasons, strict=True)
     )
 
@@ -74,7 +76,8 @@ def test_a_flight_that_is_merely_cut_grows_towards_its_end_and_settles_if_it_goe
 def test_a_longer_flight_is_not_advised_where_the_loop_at_rest_is_unstable(rest, advised):
     found = graded({"outcome": "completed", "error_growth": 20.0, AT_REST: {"grade": rest, "why": "a mode grows"}})
     assert found.sentence.endswith("; limit 2).") != advised and found.sentence.endswith("whether it settles.") == advised
-    assert graded({"outcome": "completed", "error_growth": 20.0, "overturned[rad]": 3.0}).advice == ""
+    for more in ("overturned[rad]", "saturated_share", "relative_error"):  # as of rotors that cannot lift the vehicle
+        assert graded({"outcome": "completed", "error_growth": 20.0, more: 3.0}).advice == ""
     assert graded({"outcome": "completed", "shaking[rad]": 0.2, AT_REST: {"grade": rest}}).advice == ""
 
 
@@ -87,6 +90,19 @@ def test_a_value_barely_over_its_limit_is_written_as_more_than_that(rule):
 
 def test_every_rule_is_broken_by_a_flight():
     assert {metric for _, broken in FLIGHTS.values() for metric in broken} == {rule.metric for rule in RULES}
+
+
+def test_numbers_are_written_as_a_reader_wants_them():
+    said = [graded({"outcome": "completed", "relative_error": value}).reasons[0] for value in (14.7349, 9080.0)]
+    assert [one.partition(":")[2].partition("%")[0] for one in said] == [" 1,470 ", " 908,000 "]
+
+
+@pytest.mark.parametrize(("arm", "large"), [(0.25, False), (1e-9, True)])
+def test_an_error_that_is_tiny_beside_the_vehicle_is_not_large(arm, large):
+    t = np.linspace(0.0, 0.1, 101)
+    rows = np.column_stack([t, 0.3e-3 * t, 1e-3 * t])
+    log = FlightLog({"t": "s", "x": "m", "x_d": "m"}, rows, Outcome.COMPLETED, 0.1, None)
+    assert ("large error" in graded(flight_metrics(log, arm=arm)).labels) == large
 
 
 def test_a_flight_that_ends_early_is_lost_whatever_its_numbers():

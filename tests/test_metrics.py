@@ -170,7 +170,8 @@ def test_a_log_has_the_metrics_that_its_columns_allow():
     rows = np.array([[0.0, 1.0, 1.0, 2.0], [1.0, 2.0, 1.0, -3.0]])
     metrics = flight_metrics(FlightLog(columns, rows, Outcome.COMPLETED, 1.0, None), efforts={"pull": "N"})
     assert list(metrics) == [
-        "outcome", "ended[s]", "position", "position_rmse[m]", "largest_error[m]", "relative_error", "error_growth", "pull",
+        "outcome", "ended[s]", "holds_a_point", "position", "position_rmse[m]", "largest_error[m]", "relative_error",
+        "error_growth", "pull",
     ]  # fmt: skip
     assert metrics["pull"] == {"largest[N]": 3.0, "total_variation[N]": 5.0}
     assert metrics["largest_error[m]"] == 1.0

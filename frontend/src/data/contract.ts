@@ -34,7 +34,7 @@ export interface Limit {
   readonly factor: number;
 }
 
-/** A flight is as commanded while the measure is at most `most`; label, text: what is said where it is not, {} for factor times the measure; measured: whether it can be told. */
+/** A flight is as commanded while the measure is at most `most`; label, text: what is said where it is not, {} for factor times the measure; measured: whether it can be told; held: the text where the path is a point, if it is another. */
 export interface Rule {
   readonly metric: MeasureName;
   readonly most: number;
@@ -42,6 +42,7 @@ export interface Rule {
   readonly text: string;
   readonly factor: number;
   readonly measured: boolean;
+  readonly held: string;
 }
 
 export type Grade = "as commanded" | "flew, but" | "above the limit" | "lost";

@@ -2,7 +2,7 @@
 
 import type { Grade, PageData, Rule } from "../data/contract";
 import type { Flight } from "../data/flight";
-import { quantity, short } from "../view/format";
+import { quantity } from "../view/format";
 import { type Measures, greatest } from "./measure";
 
 export interface Graded {
@@ -51,7 +51,7 @@ export function grade(flight: Flight, measures: Measures, { rules, left }: PageD
   const told = failed.filter(({ measured }) => measured).map((rule) => filled(rule.label, rule));
   return {
     grade: told.length ? ABOVE : failed.length + broke.length ? "flew, but" : "as commanded",
-    reasons: [...failed, ...broke].map((rule) => filled(rule.text, rule)),
+    reasons: [...failed, ...broke].map((rule) => filled((measures.holds && rule.held) || rule.text, rule)),
     labels: broke.map(({ label }) => label),
     above: told,
     left: broke.length ? leftPath(flight, measures, left) : "",
@@ -82,5 +82,5 @@ function least(values: Float64Array): number {
 function above(value: number, most: number): string {
   let digits = 3;
   while (digits < 15 && !(Number(value.toPrecision(digits)) > (1 + 1e-9) * most)) digits++;
-  return short(value, digits < 15 ? digits : 3);
+  return Number(value.toPrecision(digits < 15 ? digits : 3)).toLocaleString("en-US", { maximumFractionDigits: 14 });
 }

@@ -19,6 +19,8 @@ export interface Measures {
   readonly thrust: number | undefined;
   /** RMSE as a share of what it is measured against, see quadstep/metrics/quantities.py, error_against_path. */
   readonly relative: number | undefined;
+  /** Whether its path is a point to hold or to step to. */
+  readonly holds: boolean;
   /** RMS of the angle between yaw and the heading asked for [rad]. */
   readonly heading: number | undefined;
   /** How many times the error, and the angular rates, grow towards the end. */
@@ -60,23 +62,23 @@ export function measure(flight: Flight, data: FlightData, given: Inputs | undefi
   };
 }
 
-type Errors = Pick<Measures, "rmse" | "largest" | "relative" | "growth">;
+type Errors = Pick<Measures, "rmse" | "largest" | "relative" | "growth" | "holds">;
 
 function errors(flight: Flight, { since, arm }: SummaryData): Errors {
   const axes = axesOf(flight);
   const first = flight.times.findIndex((t) => t >= since);
-  const none = { rmse: undefined, largest: undefined, relative: undefined, growth: undefined };
+  const none = { rmse: undefined, largest: undefined, relative: undefined, growth: undefined, holds: false };
   if (!axes.length || flight.rows < 2 || first < 0 || flight.last <= since) return none;
   const wanted = axes.map((axis) => flight.column(`${axis}_d`)!.subarray(first));
   const flown = axes.map((axis) => flight.column(axis)!);
   const distances = lengths(flown.map((values, i) => values.subarray(first).map((value, k) => wanted[i]![k]! - value)));
-  const found = { rmse: rms(distances), largest: greatest(distances) };
+  const found = { rmse: rms(distances), largest: greatest(distances), holds: !moving(wanted) };
   const count = distances.length;
   if (count < 2) return { ...found, relative: undefined, growth: undefined };
-  const moves = moving(wanted);
+  const arms = arm || ARM;
   const from = (places: readonly number[]): number => rms(lengths(wanted.map((values, i) => values.map((value) => value - places[i]!))).map((value) => Math.min(value, FAR)));
-  const scale = moves ? Math.min(from(flown.map((values) => values[0]!)), from(wanted.map((values) => values[0]!))) : ARMS * (arm || ARM);
-  const counted = moves ? distances : distances.subarray(count >> 1);
+  const scale = found.holds ? ARMS * arms : Math.max(Math.min(from(flown.map((values) => values[0]!)), from(wanted.map((values) => values[0]!))), arms);
+  const counted = found.holds ? distances.subarray(count >> 1) : distances;
   return { ...found, relative: scale > 0 ? rms(counted) / scale : undefined, growth: growth(distances, scale, lengths(accelerations(flight, axes)).subarray(first)) };
 }
 

@@ -113,12 +113,18 @@ def moves(wanted: Numbers) -> bool:
     return bool(steps > 1 and (wanted.max(axis=0) - wanted.min(axis=0) > POINT).any())
 
 
+def holds(flight: LoggedFlight) -> bool:
+    """Whether its path, since errors count, is a point to hold or to step to."""
+    wanted = flight.log.table(*(f"{axis}_d" for axis in position_axes(flight.log)))[flight.log.column("t") >= flight.since]
+    return bool(wanted.size) and not moves(wanted)
+
+
 def error_against_path(flight: LoggedFlight) -> QuantityRows | None:
     """Distance from the path, and what it is measured against [m].
 
     Of a path that moves: the distance of its points from where the vehicle started, or from where the path was when errors
-    began to count, whichever is less, and no more than `FAR`: the error of a vehicle that stays there. Of a point: `ARMS`
-    arms of the vehicle, and only the second half of the flight, when it should have arrived.
+    began to count, whichever is less, and no more than `FAR`: the error of a vehicle that stays there; an arm if that is less.
+    Of a point: `ARMS` arms of the vehicle, and only the second half of the flight, when it should have arrived.
     """
     found = position_error(flight)
     if found is None or len(found.t) < 2:
@@ -127,11 +133,12 @@ def error_against_path(flight: LoggedFlight) -> QuantityRows | None:
     started = flight.log.table(*axes)[0]
     wanted = flight.log.table(*(f"{axis}_d" for axis in axes))[-len(found.t) :]
     distance = np.linalg.norm(found.values, axis=1)
-    if moves(wanted):
-        gone = (np.minimum(np.linalg.norm(wanted - place, axis=1), FAR) for place in (started, wanted[0]))
-        against, first = min(gone, key=rmse), 0
+    arms = np.full(len(distance), flight.arm or ARM)
+    if holds(flight):
+        against, first = ARMS * arms, len(distance) // 2
     else:
-        against, first = np.full(len(distance), ARMS * (flight.arm or ARM)), len(distance) // 2
+        gone = (np.minimum(np.linalg.norm(wanted - place, axis=1), FAR) for place in (started, wanted[0]))
+        against, first = max(min(gone, key=rmse), arms, key=rmse), 0
     return QuantityRows({"error": "-"}, np.column_stack([distance, against])[first:], found.t[first:])
 
 
@@ -140,8 +147,9 @@ def error_over_time(flight: LoggedFlight) -> QuantityRows | None:
     found, against = position_error(flight), error_against_path(flight)
     if found is None or against is None:
         return None
-    scale = np.full(len(found.t), np.sqrt(np.mean(np.square(against.values[:, 1]))))
-    off, asked = np.linalg.norm(found.values, axis=1), asked_over_time(flight.log)[-len(found.t) :]
+    scale = np.full(len(found.t), rmse(against.values[:, 1]))
+    asked = asked_acceleration(flight.log, *position_axes(flight.log))[-len(found.t) :]
+    off, asked = np.linalg.norm([found.values, asked], axis=2)
     return QuantityRows({"error": "-"}, np.column_stack([off, scale, asked]), found.t)
 
 
@@ -151,11 +159,6 @@ def asked_acceleration(log: FlightLog, *axes: str) -> Numbers:
     step, asked = (t[-1] - t[0]) / (len(t) - 1), np.zeros_like(path)
     asked[1:-1] = (path[2:] - 2.0 * path[1:-1] + path[:-2]) / (step * step)
     return asked
-
-
-def asked_over_time(log: FlightLog) -> Numbers:
-    """Its magnitude [m/s^2]."""
-    return np.linalg.norm(asked_acceleration(log, *position_axes(log)), axis=1)
 
 
 RATES = (("p", "q", "r"), ("psi_dot", "theta_dot", "phi_dot"))
@@ -170,9 +173,9 @@ def rates_over_time(flight: LoggedFlight) -> QuantityRows | None:
     names = next((names for names in RATES if has(flight, *names)), None)
     if names is None:
         return None
-    rates = np.linalg.norm(flight.log.table(*names), axis=1)
-    scale, asked = np.full(len(rates), RATE_SCALE), asked_over_time(flight.log)
-    return rows(flight, {"rate": "-"}, np.column_stack([rates, scale, asked]))
+    asked = asked_acceleration(flight.log, *position_axes(flight.log))
+    rates, asked = (np.linalg.norm(one, axis=1) for one in (flight.log.table(*names), asked))
+    return rows(flight, {"rate": "-"}, np.column_stack([rates, np.full(len(rates), RATE_SCALE), asked]))
 
 
 def attitude_error(flight: LoggedFlight, against: slice = slice(None)) -> QuantityRows | None:

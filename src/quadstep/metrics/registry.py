@@ -53,8 +53,10 @@ MARGINS = {f"{kind}{ending}": unit for kind, unit in UNITS.items() for ending in
 """Units by name."""
 
 
-AT_REST, SOUND, NO_REST = "margins_at_rest", "sound", "no rest found"
-"""The key of a result under which "grade" and "why" of its loop at rest are; the best grade, and that without rest."""
+AT_REST, SOUND, NO_REST, HELD = "margins_at_rest", "sound", "no rest found", "holds_a_point"
+"""The key of a result under which "grade" and "why" of its loop at rest are; the best grade, and that without rest; the key of
+a flight whose path is a point.
+"""
 
 WRITTEN = "the loop of the mission as written"
 """Whose grade it is where a mission is varied."""
@@ -216,6 +218,7 @@ def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str
         return result
     kind = REAL if "q_w" in log.columns else PAPER if "psi" in log.columns else OTHER
     seen = LoggedFlight(log, since, efforts or {}, arm)
+    result |= {HELD: True} if quantities.holds(seen) else {}
     for metric in REPORTED:
         found = metric.quantity(seen) if kind in metric.of else None
         if found is not None:

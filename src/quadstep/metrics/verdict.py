@@ -14,7 +14,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from quadstep.io import __version__
-from quadstep.metrics.registry import rest_of
+from quadstep.metrics.registry import HELD, rest_of
 
 
 class Case(NamedTuple):
@@ -74,7 +74,8 @@ class Rule(NamedTuple):
     """A flight is as commanded while `metric`, as in metrics.json, is at most `most`.
 
     label: what is wrong with one that is not. text: the same as a clause, `{}` being the metric times `factor` in both.
-    measured: whether it can be told; a flight of which it cannot is not as commanded, and has not failed by it.
+    held: another clause where the path is a point. measured: whether it can be told; a flight of which it cannot is not as
+    commanded, and has not failed by it.
     """
 
     metric: str
@@ -83,15 +84,17 @@ class Rule(NamedTuple):
     text: str
     factor: float = 1.0
     measured: bool = True
+    held: str = ""
 
 
 LONGER = "A longer flight would show whether it settles."
-"""Of what a flight that was merely cut while it moved does, too; not where it overturned or is unstable at rest."""
+"""Of what a flight that was merely cut while it moved does, too; not where more is wrong, or it is unstable at rest."""
 
 HALF_TURN = 180.0 / 3.141592653589793
 
 RULES = (
-    Rule("relative_error", 0.1, "large error", "its error is large: {} % of the path's size (limit 10 %)", 100.0),
+    Rule("relative_error", 0.1, "large error", "its error is large: {} % of the path's size (limit 10 %)", 100.0,
+        held="its error is large: {} % of ten arm lengths, rms over its second half (limit 10 %)"),
     Rule("heading_error[rad]", 0.5235987755982988, "off its heading", "its nose was {}° rms off its heading (limit 30°)",
         HALF_TURN),
     Rule("overturned[rad]", 1.5707963267948966, "overturned", "it tilted to {}° (limit 90°)", HALF_TURN),
@@ -145,9 +148,11 @@ def graded(metrics: Mapping[str, object], limits: Sequence[Rule] = ()) -> Graded
     measured = scalars(dict(metrics))
     values = ((rule, measured.get(rule.metric) if rule.measured else math.inf) for rule in (*limits, *RULES))
     broken = [(rule, value) for rule, value in values if value is not None and not value <= rule.most]
-    reasons = tuple(rule.text.format(above(rule.factor * value, rule.factor * rule.most)) for rule, value in broken)
+    texts = [rule.held * (HELD in metrics) or rule.text for rule, _ in broken]
+    numbers = [above(rule.factor * value, rule.factor * rule.most) for rule, value in broken]
+    reasons = tuple(map(str.format, texts, numbers))
     labels = tuple(rule.label for rule, _ in broken if rule not in limits)
-    grew = any(rule.metric.endswith("_growth") for rule, _ in broken) and "overturned" not in labels
+    grew = bool(broken) and all(rule.metric.endswith("_growth") for rule, _ in broken)
     advice = LONGER if grew and rest_of(metrics).get("grade") != "unstable" else ""
     failed = any(rule in limits and rule.measured for rule, _ in broken)
     grade = FlightGrade.ABOVE if failed else FlightGrade.FLEW_BUT if reasons else FlightGrade.AS_COMMANDED
@@ -171,8 +176,8 @@ def together(clauses: Sequence[str]) -> str:
 
 def above(value: float, most: float) -> str:
     """A number above another, to three digits, or as many more as show that it is."""
-    texts = [f"{value:.{digits}g}" for digits in range(3, 15)]
-    return next((text for text in texts if float(text) > (1.0 + 1e-9) * most), texts[0])
+    rounded = [float(f"{value:.{digits}g}") for digits in range(3, 15)]
+    return f"{next((one for one in rounded if one > (1.0 + 1e-9) * most), rounded[0]):,.15g}"
 
 
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

@@ -14,6 +14,7 @@ from quadstep.interfaces.log import REASONS, FlightLog
 from quadstep.metrics import quantities
 from quadstep.metrics.off_command import off_command
 from quadstep.metrics.quantities import FAR, LoggedFlight, QuantityRows, heading_error, moves, position_errors
+from quadstep.metrics.reductions import rmse
 from quadstep.metrics.registry import UNGRADED, Metrics, group, metric, of_saturation, rest_of
 from quadstep.metrics.verdict import Case, FlightGrade, graded
 from quadstep.mission.fields import unit
@@ -130,7 +131,7 @@ def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
     if not (told and isinstance(share, float) and isinstance(off, float) and share >= LEAST):
         return ""
     wanted = log.table(*(f"{axis}_d" for axis in quantities.position_axes(log)))[log.column("t") >= since]
-    if not moves(wanted):
+    if not moves(wanted) or off / share > 1.001 * rmse(np.linalg.norm(wanted - wanted[0], axis=1)):  # an arm is more
         return ""
     size = f"The path's size, {units.quantity(off / share, 'm')}, is the RMSE of a vehicle that never leaves its start"
     capped = np.linalg.norm(wanted - wanted[0], axis=1).max() > FAR
