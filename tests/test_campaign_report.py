@@ -424,7 +424,7 @@ def test_a_pair_is_told_beside_the_shares_of_its_keys_and_no_share_is_told_twice
     explained = "Vehicle mass explains 40.0 [30.0, 50.0] % of the variance of failure."
     assert said == [explained, alone]
     first, *_ = key_text.ranking(campaign(tmp_path, MASS, NOISY), shares, {})
-    assert first.text == f"{explained} Nothing else varies but the noise."
+    assert first.text == f"{explained} Nothing else varies but the turbulence and the sensors' noise."
 
 
 def test_the_worst_flights_say_from_when_their_errors_count_and_whether_they_succeeded(tmp_path):

@@ -81,7 +81,7 @@ def test_the_counts_that_are_told_are_those_of_the_flights():
 
 
 def test_what_is_said_of_the_best_choice_is_counted_whatever_the_campaign():
-    """And where another value does better is said where it clearly does, nowhere else; the range is that of the finding."""
+    """And where another value does better is said where it clearly does, else with doubt; the range is that of the finding."""
     random, seen = np.random.default_rng(7), set()
     for turn in range(120):
         columns = drawn(random, int(random.integers(500, 2000)))
@@ -93,16 +93,18 @@ def test_what_is_said_of_the_best_choice_is_counted_whatever_the_campaign():
         if not said:
             continue
         best, other = ((nets == ["on", "off"].index(one)) for one in re.findall(r"with nets (on|off)", said)[:2])
-        told = re.search(r" But where the mean wind along x is (.*?), the rates are ", said)
+        told = re.search(r" (?:But w|W)here the mean wind along x is (.*?), the rates are ", said)
+        sure = "But where" in said
+        assert bool(told) == (sure or "too few flights to tell which is better there." in said)
         where = inside(wind, told[1]) if told else np.ones(len(nets), bool)
         parts = [best, other, best & where, other & where][: 4 if told else 2]
         rates = [(units.percent(1.0 - failed[some].mean()).replace("\N{NO-BREAK SPACE}", " "), some.sum()) for some in parts]
         assert [(one, whole(size)) for one, size in re.findall(r"([\d.]+ %) of ([\d,]+)", said)] == rates
         assert failed[best].mean() <= failed[other].mean()
         if told:
-            assert failed[best & where].mean() > failed[other & where].mean() + 0.03
+            assert failed[best & where].mean() > failed[other & where].mean() + 0.03 * sure
             assert told[1] in more, "one range, told twice alike"
-        seen.add((turn % 2, bool(told)))
+        seen.add((turn % 2, sure))
     assert {(0, True), (1, False)} <= seen <= {(0, True), (0, False), (1, False)}
 
 

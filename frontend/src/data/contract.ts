@@ -171,6 +171,7 @@ export interface Rate {
   /** The most that a metric may be. */
   readonly failure: Readonly<Partial<Record<"position_rmse" | "largest_error", number>>>;
   readonly keys: readonly string[];
+  readonly random: readonly string[];
 }
 
 export interface SummaryData {

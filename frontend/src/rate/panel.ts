@@ -121,10 +121,11 @@ export class RatePanel {
     this.pictures.classList.toggle("counting", !tally.flown);
     if (!tally.flown) this.words.textContent = "Counting…";
     else this.words.replaceChildren(...sentence(tally), ...paired(tally, this.original));
+    const varied = [...rate.keys, ...rate.random.map((one) => `${one}, drawn anew for each flight`)];
     this.note.textContent = [
       fails(rate, this.from),
       this.original ? "Outline: the same flights with the original values." : "",
-      rate.keys.length ? `Varied from flight to flight: ${rate.keys.join("; ")}.` : "",
+      varied.length ? `Varied from flight to flight: ${varied.join("; ")}.` : "",
       tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`,
     ].filter(Boolean).join(" ");
     if (tally.flown || !this.before?.flown) for (const [metric, canvas] of this.histograms) this.histogram(metric, canvas, tally, rate);

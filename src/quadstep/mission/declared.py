@@ -93,8 +93,8 @@ class WindyMission(DeclaredMission):
         wind: WindSection
 
     @property
-    def noisy(self) -> bool:
-        return self.wind.air.stirs
+    def random(self) -> list[str]:
+        return ["the turbulence"] * self.wind.air.stirs
 
     def build(self, path: BuiltPath) -> Built:
         built = super().build(path)

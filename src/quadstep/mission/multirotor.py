@@ -235,8 +235,14 @@ class MultirotorMission(Mission):
         return tuple(one.of_vehicle(airframe, rotors) if isinstance(one, EffortMetric) else one for one in named)
 
     @property
-    def noisy(self) -> bool:
-        return self.wind.air.stirs or self.sensors.noisy or "noise" in self.controller.controller.also_measures
+    def random(self) -> list[str]:
+        sampled = "noise" in self.controller.controller.also_measures
+        parts = (
+            ("the turbulence", self.wind.air.stirs),
+            ("the sensors' noise", self.sensors.noisy),
+            ("the law's samples", sampled),
+        )
+        return [name for name, there in parts if there]
 
     @property
     def latency(self) -> float:

@@ -127,9 +127,14 @@ class Mission(Section, metaclass=MissionMeta):
         tune: TuneSection | None
 
     @property
+    def random(self) -> list[str]:
+        """What is drawn anew for each flight, so that flights of the same numbers differ, in words."""
+        return []
+
+    @property
     def noisy(self) -> bool:
-        """Whether flights of the same numbers differ by their noise."""
-        return False
+        """Whether flights of the same numbers differ."""
+        return bool(self.random)
 
     @property
     def latency(self) -> float:

@@ -178,7 +178,8 @@ class Rate(NamedTuple):
     module: WebAssembly (`engines/sweep.py`), in base64. double: whether in f64, else f32. constants: names of the numbers
     that all flights share, as the module reads them. varies: of the others; rows: these, one row a name, one column a flight.
     every: ticks from one run of each task to the next. results: rows that a module writes. failure: the most that a metric,
-    by its name without unit, may be. keys: what the campaign varies, and how, in words.
+    by its name without unit, may be. keys: what the campaign varies, and how, in words. random: what else
+    differs from flight to flight.
     """
 
     module: str
@@ -191,6 +192,7 @@ class Rate(NamedTuple):
     results: int
     failure: dict[str, float]
     keys: tuple[str, ...]
+    random: tuple[str, ...]
 
 
 class FlightData(NamedTuple):

@@ -28,7 +28,7 @@ def ranking(
     if len(estimates) == 1 and lines:
         ((key, shares),) = estimates.items()
         parts = [f"{percent(one)} % of the variance of {name}" for name, one in shares.items()]
-        rest = " Nothing else varies but the noise." * campaign.mission.noisy
+        rest = f" Nothing else varies but {units.listed(campaign.mission.random)}." * campaign.mission.noisy
         lines = [f"{words(key)[0].upper()}{words(key)[1:]} explains {units.listed(parts)}.{rest}"]
     for name, (why, pair) in said.items():
         if why:

@@ -107,6 +107,7 @@ def of_batch(batch: PlannedBatch, campaign: Campaign) -> Rate:
         results=OUTCOME + len(flatten(batch.loop.start(batch.start, batch.parameters).score)),
         failure={name: float(most) for name, most in campaign.file.failure.items()},
         keys=tuple(varied_text(campaign, key) for key in campaign.file.keys),
+        random=tuple(campaign.mission.random),
     )  # fmt: skip
 
 

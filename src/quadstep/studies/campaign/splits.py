@@ -94,8 +94,9 @@ class Split(NamedTuple):
         return max(shares) < min(1.5 * min(shares), 0.1 + min(shares))
 
     def successes(self, failed: Flights, values: Sequence[str], places: NDArray[np.float64], inner: Sequence["Split"]) -> str:
-        """Of each value of a choice the share of flights that succeed, and where the best one's is lower than another's,
-        whatever range was tried; nothing where there are many values. places: of each flight's value; inner: within these.
+        """Of each value of a choice the share of flights that succeed, and where the best one's is lower than another's, with
+        doubt unless no range tried would show it by chance; nothing where there are many values. places: of each flight's
+        value; inner: within these.
         """
         if not self.choice or len(self.bands) > BANDS:
             return ""
@@ -110,8 +111,10 @@ class Split(NamedTuple):
             parts = {f"with {with_option(self.key, value)}": where & (places == i) for i, value in enumerate(values)}
             there = [(int((failed & parts[text]).sum()), size, text) for *_, text in best if (size := int(parts[text].sum()))]
             (hit, size, _), (least, of, _) = there[0], min(there, key=lambda one: one[0] / one[1])
-            if unlikely(hit, size, hit + least, size + of) > needed + math.log(len(values)):
-                return f"{said}. But where {range_text}, the rates are {rates(there)}."
+            if hit * of > least * size:
+                sure = unlikely(hit, size, hit + least, size + of) > needed + math.log(len(values))
+                doubt = "" if sure else ": too few flights to tell which is better there"
+                return f"{said}. {'But where' if sure else 'Where'} {range_text}, the rates are {rates(there)}{doubt}."
         return f"{said}."
 
 
