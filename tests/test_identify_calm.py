@@ -242,8 +242,8 @@ def test_the_first_sentence_names_what_is_wrong_and_what_to_fly_next(flight_numb
     found = Identified(flight_numbers, None, TOLD, {}, KNOWN)
     run = Identification(start("x500"), found, ["a"], found, compared([1.2, 0.5, 0.8, 0.6]), None)
     known = f"{number(100.0 * max(max(reach(found, key)) for key in ('roll', 'pitch', LATENESS)), 2)} %; 50 % is enough"
-    ready = f"Roll and pitch (known to within {known}) can be tuned on this model; yaw is not judged, as no flight is "
-    ready += "held out to test it."
+    ready = f"Roll and pitch (known to within {known}) can be tuned on this model; yaw is not judged: held-out flights "
+    ready += "test roll and pitch only."
     assert answer(run) == ready  # whatever it predicts of the position
     assert all(row[-1] for row in uses(found).rows), "each use has flights that tell more"
     poor = Identified(flight_numbers, None, {**TOLD, "inertia[0]": Fitted(1.0, 0.3, 1.2, "", "made")}, {}, KNOWN)

@@ -123,7 +123,8 @@ def tuning(
     if not against:
         least = max((key for axis in TUNED for key in USES[axis][0]), key=lambda key: max(reach(fit, key)))
         enough = f"known to within {within(fit, least)}; {100.0 * ENOUGH:.0f} % is enough"
-        return f"Roll and pitch ({enough}) can be tuned on this model; yaw is not judged, as no flight is held out to test it."
+        judged = "yaw is not judged: held-out flights test roll and pitch only"
+        return f"Roll and pitch ({enough}) can be tuned on this model; {judged}."
     can = f"{listed(ready).capitalize()} can be tuned on this model; do not yet tune" if ready else "Do not yet tune"
     speed = bool(TUNED.keys() & set(unknown)) and max(reach(fit, SPEED)) > 0.25 * ENOUGH  # half of what a gain may be off
     short = [axis for axis in TUNED if axis in idle or weak[axis]]
