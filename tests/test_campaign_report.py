@@ -1,5 +1,6 @@
 """report.html of a campaign: it shows what the flights did, for every kind of campaign, and appears whole."""
 
+import json
 import re
 import tomllib
 from contextlib import nullcontext
@@ -158,6 +159,8 @@ def test_a_vehicle_that_cannot_leave_the_ground_does_not_succeed_by_reaching_the
     summary = fly_campaign(CampaignRequest(path, tmp_path / "out")).summary
     text, _ = told_by(tmp_path / "out")
     assert said in answer(summary) and all(part in text for part in said.split(". "))
+    graded = json.loads((tmp_path / "out" / "campaign.json").read_text())["summary"]["graded"]
+    assert graded["not as commanded"] == graded["flights"] * (mass == "9.0") and f"the {graded['flights']} " in said
     assert answer(summary).startswith(f"All {count} flights reached the end")
     assert "succeeded" not in " ".join(sentences(summary)) and "completed, succeeded" not in text
     assert ("completed, not as commanded" in text) == (mass == "9.0")

@@ -694,11 +694,20 @@ def test_a_report_beside_the_file_that_it_is_of_is_called_a_report(tmp_path):
     assert '<div class="files"><a href="/files/mine.html">Report</a></div>' in answer(tmp_path, "/").text
 
 
-def test_a_map_whose_flights_are_not_as_commanded_has_a_mark(tmp_path):
-    said = "In all 72 combinations, all flights reached the end. None of the 72 flights shown is as commanded: off it in 72."
-    (tmp_path / "report.html").write_text(page_text("wind", [summary(said)], "envelope"))
-    mark = '<b class="fair"><span aria-hidden="true">!</span> None of the 72 flights shown is as commanded</b>'
-    assert mark in answer(tmp_path, "/").text.replace("\u00a0", " ")
+@pytest.mark.parametrize(
+    ("flights", "bad", "said"),
+    [(72, 72, "none of 72 as commanded"), (1240, 3, "3 of 1,240 not as commanded"), (1, 1, "not as commanded"),
+     (72, 0, ""), (0, 0, ""), ("72", 72, "")],
+)  # fmt: skip
+def test_a_study_whose_flights_are_not_as_commanded_has_a_mark(tmp_path, flights, bad, said):
+    graded = {"graded": {"flights": flights, "not as commanded": bad}}
+    for name, file, content in (("map", "metrics", graded), ("campaign", "campaign", {"summary": graded})):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "report.html").write_text(page_text(name, [summary("An answer.")], name))
+        (tmp_path / name / f"{file}.json").write_text(json.dumps(content))
+    mark = f'<b class="fair"><span aria-hidden="true">!</span> {said}</b>'
+    text = answer(tmp_path, "/").text.replace("\u00a0", " ")
+    assert text.count(mark) == 2 * bool(said) and text.count("as commanded</b>") == 2 * bool(said)
 
 
 def test_a_proof_of_instability_has_a_mark(tmp_path):

@@ -82,7 +82,6 @@ REPORT, HEAD = "report.html", 100_000
 
 TITLE, KIND = re.compile(r"<title>(.*?)</title>", re.DOTALL), re.compile(r"<span>quadstep · (.*?)</span>")
 ANSWER, TAG = re.compile(r'<p class="answer">(.*?)</p>', re.DOTALL), re.compile(r"<[^>]*>")
-LACK = re.compile(r"<p>([^<.:]* as commanded): ")
 FACT = re.compile(r"<div><dt>(.{1,400}?)</dt><dd[^>]*>(.{1,400}?)(?:<small>(.{1,400}?)</small>)?</dd>")
 MOST_FACTS = 8
 
@@ -94,7 +93,6 @@ class ReportOpening(NamedTuple):
     kind: str = ""
     answer: str = ""
     facts: tuple[tuple[str, str, str], ...] = ()
-    lack: str = ""
 
 
 PICTURES = (
@@ -149,7 +147,7 @@ def results_in(root: Path, folder: Path) -> list[ResultFolder]:
     whole = ResultFolder(
         place, title, ending_text(content) or begins.answer, max(found[name] for name in shown),
         tuple(shown), kind, picture(folder, found), known_rmse, grade(content), begins.facts,
-        loop_grade(content or section(manifest(folder, "campaign.json"), "summary")), begins.lack,
+        loop_grade(study := content or section(manifest(folder, "campaign.json"), "summary")), lack(study),
     )  # fmt: skip
     return [whole, *alone]
 
@@ -203,6 +201,15 @@ def loop_grade(content: dict[str, object]) -> str:
     return word if isinstance(word, str) and word not in {*FlightGrade} else ""
 
 
+def lack(content: dict[str, object]) -> str:
+    """How many of a study's graded flights are not as commanded; empty where none is such."""
+    match section(content, "graded"):
+        case {"flights": int(flights), "not as commanded": int(bad)} if bad > 0:
+            some = f"{bad:,} of {flights:,} not" if bad < flights else f"none of {flights:,}" if flights > 1 else "not"
+            return f"{some} as commanded"
+    return ""
+
+
 def grade(content: dict[str, object]) -> str:
     """Of a flight, as far as its metrics.json says; one that ended early is lost, whoever wrote it."""
     stated, outcome = content.get("grade"), content.get("outcome")
@@ -217,10 +224,9 @@ def report_opening(report: Path) -> ReportOpening:
             head = file.read(HEAD)
     except OSError:  # gone meanwhile, or not ours to read
         return ReportOpening()
-    found = [one.search(head) for one in (TITLE, KIND, ANSWER, LACK)]
-    title, kind, answer, lack = (plain_text(one[1]) if one else "" for one in found)
+    title, kind, answer = (plain_text(one[1]) if (one := of.search(head)) else "" for of in (TITLE, KIND, ANSWER))
     facts = (map(plain_text, one.groups("")) for one in islice(FACT.finditer(head), MOST_FACTS))
-    return ReportOpening(title, kind, answer, tuple((what, value, more) for what, value, more in facts), lack)
+    return ReportOpening(title, kind, answer, tuple((what, value, more) for what, value, more in facts))
 
 
 def plain_text(markup: str) -> str:

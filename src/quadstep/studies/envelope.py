@@ -18,6 +18,7 @@ from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign.single import FlownAgain, flown_again, lacking, write_flights
 from quadstep.studies.campaign.store import parquet
+from quadstep.studies.campaign.summary import graded
 from quadstep.studies.campaign.varied import variation_text
 from quadstep.studies.envelope_answer import Envelope, MapPanel, along, answer, caption, coloured_by, enough
 from quadstep.studies.envelope_cells import CAUSES, FLYABLE, Cells, cells_of, table
@@ -167,6 +168,7 @@ def as_json(envelope: Envelope) -> dict[str, object]:
         "correlated": [one.model_dump(exclude_none=True) for one in file.correlated],
         "mission": json.loads(json.dumps(asked.campaign.defaults, default=str)),
         "panels": [dict(zip((*MapPanel._fields[:-1], "rmse[m]"), one, strict=True)) for one in envelope.panels],
+        "graded": graded(envelope.cells.lacking),
     }
 
 

@@ -172,11 +172,15 @@ def as_sentence(meaning: str) -> str:
     return f" {meaning[2:3].upper()}{meaning[3:-1]}." if meaning else ""
 
 
+def graded(lacking: Mapping[int, tuple[str, ...]]) -> dict[str, int]:
+    return {"flights": len(lacking), "not as commanded": sum(map(bool, lacking.values()))}
+
+
 def as_commanded(lacking: Mapping[int, tuple[str, ...]], reach: int, flights: int) -> str:
     """How many of the graded flights that reach the end are as commanded, what the others lack, and how many are not graded:
     sentences of their own, or where none is, first a clause. reach: so many of the flights reach the end.
     """
-    ended, bad = len(lacking), sum(map(bool, lacking.values()))
+    ended, bad = graded(lacking).values()
     more = max(0, reach - ended)
     if not ended:
         return ". No flight that reaches the end is graded" * bool(more)
@@ -206,9 +210,9 @@ def answer(summary: CampaignSummary) -> str:
     else:
         said = f"{f'All {flights:,}' if share == 1.0 else f'{units.percent(share)} of {flights:,}'} flights {did}"
         sure = f" (95 % interval {within(*summary.success[1:])})" * summary.statistical
-    graded = "" if summary.limited else as_commanded(summary.lacking, summary.outcomes.get(OUTCOMES[0], 0), flights)
+    grades = "" if summary.limited else as_commanded(summary.lacking, summary.outcomes.get(OUTCOMES[0], 0), flights)
     why_not = "" if summary.statistical or summary.by else f" {summary.why_not}"
-    return f"{summary.decision} {said}{sure}{graded}.{why_not}{as_sentence(summary.meaning)}".lstrip()
+    return f"{summary.decision} {said}{sure}{grades}.{why_not}{as_sentence(summary.meaning)}".lstrip()
 
 
 def sentences(summary: CampaignSummary) -> list[str]:
@@ -236,6 +240,7 @@ def as_json(summary: CampaignSummary) -> dict[str, Any]:
         "points": summary.points,
         "uneven_grid": summary.uneven,
         AT_REST: dict(summary.rest),
+        "graded": graded(summary.lacking),
         "meaning": summary.meaning.strip(" ()"),
         "findings": [one.replace("\N{NO-BREAK SPACE}", " ") for one in summary.findings],
         "set_up_singly": list(summary.singly),
