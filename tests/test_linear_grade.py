@@ -98,6 +98,12 @@ def test_each_margin_is_held_against_its_limit(analysis):
         assert [one.what for one in found.measures if not one.met] == [what]
 
 
+@pytest.mark.parametrize(("delay", "written"), [(2.5746, "2.6 s"), (0.9, "900.0 ms"), (math.inf, "none")])
+def test_a_long_delay_is_in_seconds(analysis, delay, written):
+    late = analysis._replace(margins=[one._replace(delay=delay) for one in analysis.margins])
+    assert graded(late).measures[-1].words == written
+
+
 def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis):
     gain, phase, delay = graded(analysis).measures
     fragile = f"the loop is fragile: phase margin {math.degrees(phase.value):.1f}° in {phase.channel} (less than 30.0°)"

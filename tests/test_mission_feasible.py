@@ -1,8 +1,12 @@
 """What is said of missions that ask for what no vehicle can do, or that are written in other units."""
 
+import re
+
+import numpy as np
 import pytest
 
 from quadstep import Engine, Mission, UserError
+from quadstep.engines.fly import fly
 from quadstep.page.build import flown_files
 from tests.commands import write
 
@@ -18,14 +22,27 @@ def test_a_path_that_takes_more_thrust_than_there_is_is_named():
     (said,) = warnings({**CIRCLE, "radius": 5000.0})
     # centripetal acceleration 4 pi^2 r / T^2 = 2437 m/s^2 on 2.28 kg, speed 2 pi r / T = 3491 m/s
     assert said.startswith("path: this vehicle cannot fly it: at ")
-    assert "it takes 5560 N" in said
-    assert " of thrust, and all rotors together give at most 48.5 N; the path's greatest speed is 3.49e+03 m/s" in said
+    assert "it takes 5,560 N" in said
+    assert " of thrust, and all rotors together give at most 48.5 N; the path's greatest speed is 3,490 m/s" in said
 
 
 def test_a_path_three_times_too_fast_is_named_and_one_that_can_be_flown_is_not():
     assert warnings({**CIRCLE, "period": 1.5})
     assert not warnings(CIRCLE)
     assert not warnings(HOVER)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_path_below_the_ground_is_named_where_its_flight_goes_there(seed):
+    random = np.random.default_rng(seed)
+    ground, end, duration = (float(random.uniform(low, high)) for low, high in ((-3.0, 2.0), (-3.0, 3.0), (2.0, 6.0)))
+    path = {"type": "minimum-jerk", "start": [0.0, 0.0, 2.0], "end": [1.0, 0.0, end], "duration": 5.0}
+    content = {"path": path, "simulation": {"duration": duration}}
+    said = Mission(vehicle={"preset": "x500", "ground": ground}, **content).plan().warnings
+    low = fly(Mission(vehicle={"preset": "x500"}, **content).plan()).column("z_d").min()
+    named = [re.fullmatch(r"path: it goes down to z = (\S+) m, below the ground at (\S+) m", one) for one in said]
+    found = [tuple(map(float, one.groups())) for one in named if one]
+    assert found == ([(pytest.approx(low, abs=0.01), pytest.approx(ground, abs=1e-5))] if low < ground else [])
 
 
 def test_the_rest_of_a_path_that_is_not_flown_is_named_unless_it_goes_round():

@@ -116,10 +116,11 @@ def least_of(analysis: Analysis) -> tuple[Measure, ...]:
         words = analysis.written(scale * value) + unit * math.isfinite(value)
         return Measure(what, value, bound, channel, scale, unit, words)
 
+    late = (1.0, " s") if min((one.delay for _, one in pairs), default=0.0) >= 1.0 else (1e3, " ms")
     return (
         least("gain", analysis.limits.gain, 1.0, " dB", (RISES, lambda one: one.up), (FALLS, lambda one: one.down)),
         least("phase", analysis.limits.phase, math.degrees(1.0), "°", ("", lambda one: one.phase)),
-        least("delay", analysis.limits.delay, 1e3, " ms", ("", lambda one: one.delay)),
+        least("delay", analysis.limits.delay, *late, ("", lambda one: one.delay)),
     )
 
 

@@ -54,9 +54,7 @@ MARGINS = {f"{kind}{ending}": unit for kind, unit in UNITS.items() for ending in
 
 
 AT_REST, SOUND, NO_REST, HELD = "margins_at_rest", "sound", "no rest found", "holds_a_point"
-"""The key of a result under which "grade" and "why" of its loop at rest are; the best grade, and that without rest; the key of
-a flight whose path is a point.
-"""
+"""The key of "grade" and "why" of a loop at rest; the best grade, and that without rest; the key of a path that is a point."""
 
 WRITTEN = "the loop of the mission as written"
 """Whose grade it is where a mission is varied."""

@@ -323,5 +323,5 @@ def warnings(
         *section.doubts(),
         *event_warnings(events, places, duration),
         *wind.warnings(),
-        *path_warnings(path, duration, float(airframe.mass), float(airframe.gravity), most),
+        *path_warnings(path, duration, float(airframe.mass), float(airframe.gravity), most, float(airframe.ground)),
     ]

@@ -213,16 +213,17 @@ INSTANTS = 400
 """At which a path is looked at; a peak between two of them is missed."""
 
 
-def path_warnings(path: BuiltPath, duration: float, mass: float, gravity: float, most_thrust: float) -> list[str]:
-    """What is said of a path in a flight of `duration` [s]: how much of it is not flown, and that its accelerations take more
-    than all rotors have.
+def path_warnings(
+    path: BuiltPath, duration: float, mass: float, gravity: float, most: float, ground: float = -math.inf
+) -> list[str]:
+    """What is said of a path in a flight of `duration` [s]: how much of it is not flown, that it goes below the ground and
+    that its accelerations take more than all rotors have; nothing of a path of the user's own.
 
-    mass [kg], gravity [m/s^2]. most_thrust: of all rotors [N], infinite where there is no limit. Nothing is said of a path of
-    the user's own.
+    mass [kg], gravity [m/s^2]. most: thrust of all rotors [N], infinite where there is no limit. ground: its height [m].
     """
     if isinstance(path.law, DeclaredPath):
         return []
-    return [*unflown(path, duration), *beyond_thrust(path, duration, mass, gravity, most_thrust)]
+    return [*unflown(path, duration), *impossible(path, duration, mass, gravity, most, ground)]
 
 
 def unflown(path: BuiltPath, duration: float) -> list[str]:
@@ -237,19 +238,19 @@ def unflown(path: BuiltPath, duration: float) -> list[str]:
     return [f"path: the flight ends at {duration:g} s (simulation.duration), {whole}"]
 
 
-def beyond_thrust(path: BuiltPath, duration: float, mass: float, gravity: float, most_thrust: float) -> list[str]:
-    """That accelerations take more than all rotors have."""
-    if not math.isfinite(most_thrust):
-        return []
+def impossible(path: BuiltPath, duration: float, mass: float, gravity: float, most: float, ground: float) -> list[str]:
+    """That it goes below the ground, and that accelerations take more than all rotors have."""
     times = duration * np.arange(INSTANTS + 1) / INSTANTS
     found = path.law.reference(cast("float", times), path.parameters)
+    low = float(np.min(found.position[2]))
+    said = [f"path: it goes down to z = {low:.3g} m, below the ground at {ground:g} m"] * (low < ground - 1e-6)
     thrusts = np.broadcast_to(mass * (Vector(found.acceleration) + vector(0.0, 0.0, gravity)).norm(), times.shape)
     taken, at = thrusts.max(), times[thrusts.argmax()]
-    if not taken > most_thrust:
-        return []
-    fastest = np.max(Vector(found.velocity).norm())
-    needs, has = (f"{float(f'{one:.3g}'):g} N" for one in (taken, most_thrust))
+    if not taken > most:
+        return said
+    needs, has, speed = (f"{float(f'{one:.3g}'):,.9g}" for one in (taken, most, np.max(Vector(found.velocity).norm())))
     return [
-        f"path: this vehicle cannot fly it: at {at:.3g} s it takes {needs} of thrust, and all rotors together give at most "
-        f"{has}; the path's greatest speed is {fastest:.3g} m/s (lengths are in m, times in s)"
+        *said,
+        f"path: this vehicle cannot fly it: at {at:.3g} s it takes {needs} N of thrust, and all rotors together give at most "
+        f"{has} N; the path's greatest speed is {speed} m/s (lengths are in m, times in s)",
     ]
