@@ -88,7 +88,7 @@ def test_in_a_terminal_it_flies_the_same_and_says_nothing_of_itself(tmp_path):
         sides[not line.startswith("flying ")].append(line)
     assert any(re.search(r"\b[1-4],\d00/4,000 flights", line) for line in bars)
     assert said[0] == "The worst flights", said
-    assert "4000 flights reached the end" in " ".join(said), " ".join(said)
+    assert "4,000 flights reached the end" in " ".join(said), " ".join(said)
     assert not re.search("raylet|gcs|pid=|WARN|INFO|Traceback", shown.raw)
     assert fly(path, tmp_path / "lanes").code == 0
     assert flights(tmp_path / "ray") == flights(tmp_path / "lanes")

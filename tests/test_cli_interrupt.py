@@ -90,6 +90,24 @@ def test_ctrl_c_while_the_command_line_loads_is_one_line(tmp_path, module):
     assert (run.returncode, run.stdout, run.stderr) == (130, "", "quadstep: interrupted; nothing was written\n")
 
 
+DONE = """
+import signal, sys
+from quadstep.__main__ import main
+try:
+    main()
+finally:
+    signal.raise_signal(signal.SIGINT)
+"""
+
+
+def test_ctrl_c_after_all_is_done_changes_nothing(tmp_path):
+    run = subprocess.run(
+        [sys.executable, "-c", DONE, "--version"],
+        capture_output=True, text=True, cwd=tmp_path, check=False, timeout=PATIENCE, preexec_fn=heeding_interrupts,
+    )  # fmt: skip
+    assert (run.returncode, run.stderr) == (0, "")
+
+
 def test_an_interrupted_command_names_what_it_had_written(tmp_path):
     WRITTEN.clear()
     assert explained(KeyboardInterrupt()) == (["interrupted; nothing was written"], 130)

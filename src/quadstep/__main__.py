@@ -1,6 +1,7 @@
 """Where the command line starts, as `quadstep` and as `python -m quadstep`."""
 
 import os
+import signal
 import sys
 from importlib import import_module
 
@@ -16,6 +17,8 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.stderr.write("quadstep: interrupted; nothing was written\n")
         sys.exit(INTERRUPTED)
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # all is done, and the exit code is known
 
 
 if __name__ == "__main__":

@@ -208,7 +208,7 @@ def answer(summary: CampaignSummary) -> str:
     elif flights == 1:
         said = f"The only flight {did if share else 'failed'}"
     else:
-        said = f"{f'All {flights:,}' if share == 1.0 else f'{units.percent(share)} of {flights:,}'} flights {did}"
+        said = f"{'All' if share == 1.0 else f'{units.percent(share)} of'} {units.counted(flights, 'flight')} {did}"
         sure = f" (95 % interval {within(*summary.success[1:])})" * summary.statistical
     grades = "" if summary.limited else as_commanded(summary.lacking, summary.outcomes.get(OUTCOMES[0], 0), flights)
     why_not = "" if summary.statistical or summary.by else f" {summary.why_not}"
