@@ -160,11 +160,10 @@ function growth(values: Float64Array, scale: number, asked: Float64Array): numbe
   return Math.max(steady, end! > late! ? end! / (Math.max(before!, END_FLOOR * scale) || Infinity) : 0);
 }
 
-/** The row from which on to the row `last` a flight is like what follows that. */
+/** The row from which on to the row `last` a flight is like its end. */
 function alike(asked: Float64Array, last: number): number {
   const since = asked.reduce((found, value, row) => (value > ASKED ? row + 1 : found), 0);
-  if (since <= asked.length >> 1) return (since + last) >> 1;
-  return greatest(asked.subarray(last >> 1, last)) >= 0.99 * greatest(asked.subarray(last)) ? last >> 1 : 0;
+  return since <= asked.length >> 1 ? (since + last) >> 1 : 0;
 }
 
 function heading(flight: Flight, since: number): number | undefined {

@@ -211,14 +211,12 @@ def late_growth(rows: Numbers, _t: Numbers) -> list[float]:
 
 
 def alike(asked: Numbers, last: int) -> int:
-    """The row from which on to the row `last` a flight is like what follows that: the second half of what is before `last`, or
-    of what is between the last row that asks for anything and `last`; the first row, if more is asked after `last` than there.
+    """The row from which on to the row `last` a flight is like its end: of a path that rests in its second half, halfway
+    from there to `last`; else the first.
     """
-    busy, half = np.flatnonzero(asked > ASKED), last // 2
+    busy = np.flatnonzero(asked > ASKED)
     since = int(busy[-1]) + 1 if len(busy) else 0
-    if since <= len(asked) // 2:
-        return (since + last) // 2
-    return half if asked[half:last].max() >= 0.99 * asked[last:].max() else 0
+    return (since + last) // 2 if since <= len(asked) // 2 else 0
 
 
 def overturned(rows: Numbers, _t: Numbers) -> list[float]:
