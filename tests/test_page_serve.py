@@ -527,13 +527,13 @@ def test_of_two_campaigns_the_numbers_that_their_reports_begin_with_stand_beside
         page = page_text(name, [summary("An answer.", facts)], "campaign")
         (tmp_path / name / "report.html").write_text(page)
     text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
-    assert "“a” and “b” are not ranked: below are the answers and first numbers of their reports, side by side." in text
+    assert "“a” and “b” are not ranked. " in text
     assert "succeed 61 % (95 % interval: 48 % to 83 %) 75 % (95 % interval: 48 % to 83 %)" in text
     assert "median position RMSE 185 mm –" in text
     for name in ("a", "b"):
         (tmp_path / name / "report.html").write_text(page_text(name, [summary("An answer.")], "campaign"))
     text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
-    assert "“a” and “b” are not ranked: below are the answers of their reports, side by side." in text
+    assert "“a” and “b” are not ranked. " in text
     assert "answer An answer. An answer." in text
 
 
@@ -546,12 +546,43 @@ def test_of_two_campaigns_it_is_said_why_they_are_not_ranked_and_no_picture_has_
         (tmp_path / name / "campaign.json").write_text(json.dumps(told))
         (tmp_path / name / "report.html").write_text(page_text(name, [summary("An answer.")], "Campaign"))
     text = answer(tmp_path, "/compare?a=a&b=b").text
-    assert "With different vehicles and limits: “a” and “b” are not ranked" in text
+    assert "“a” and “b” are not ranked, because their vehicles and limits differ." in text
     assert "loop at rest fragile sound" in plain(text)
     assert "<img" not in text and '<a href="/files/a/report.html">a</a>' in text
     alike = {"mission": {"vehicle": "x500"}, "failure": {"position_rmse": 0.3}}
     (tmp_path / "b" / "campaign.json").write_text(json.dumps(alike))
-    assert "With different" not in answer(tmp_path, "/compare?a=a&b=b").text, "an empty list is none"
+    assert "“a” and “b” are not ranked.</p>" in answer(tmp_path, "/compare?a=a&b=b").text, "an empty list is none"
+
+
+OTHERS = {
+    "vehicles": {"mission": {"vehicle": "crazyflie"}}, "simulations": {"mission": {"simulation": {"duration": 5.0}}},
+    "scored times": {"mission": {"score_from": 5.0}},
+    "winds (none; 3\u00a0m/s)": {"mission": {"wind": {"mean": [3.0, 0.0, 0.0]}}},
+    "vehicles and paths": {"mission": {"vehicle": "crazyflie", "path": {"type": "step"}, "score_from": 5.0}},
+    "limits": {"failure": {"position_rmse": 0.3}}, "variations": {"campaign": "[vary]\nvehicle.mass = 1", "chunks": []},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("other", [*OTHERS, ""])
+def test_of_two_campaigns_only_the_controllers_are_said_to_differ_where_nothing_else_does(tmp_path, other):
+    """Whatever else differs is the reason why they are not ranked, and a controller is none."""
+    for name, law in (("a", "geometric"), ("b", "pid")):
+        told = {
+            "mission": {"vehicle": "x500", "controller": {"type": law}},
+            "campaign": "[vary]\nvehicle.mass = 2",
+            "chunks": [],
+        }
+        more = OTHERS.get(other, {}) if name == "b" else {}
+        told |= {**more, "mission": {**told["mission"], **more.get("mission", {})}}
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "campaign.json").write_text(json.dumps(told))
+        (tmp_path / name / "report.html").write_text(page_text(name, [summary(f"{name} % succeeded. More.")], "Campaign"))
+    text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
+    if other:
+        assert f"“a” and “b” are not ranked, because their {plain(other)} differ. " in text
+    else:
+        said = "Same vehicle, path, air and limits, different controllers. “a”: a % succeeded. “b”: b % succeeded. "
+        assert said in text
 
 
 def test_two_reports_of_a_kind_are_compared_by_the_values_of_their_tables_and_not_by_their_json(tmp_path):
@@ -686,7 +717,7 @@ def test_two_maps_are_said_to_differ_in_what_flew_before_the_wind(tmp_path):
         mission = {"vehicle": {"preset": vehicle}, "wind": {"mean": [wind, 0.0, 0.0]}}
         (tmp_path / name / "metrics.json").write_text(json.dumps({"mission": mission, "axes": {"x": {"key": name}}}))
     text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
-    assert re.search(r"With different vehicles, wind \(.*\) and axes: “a” and “b” are not ranked", text)
+    assert re.search(r"“a” and “b” are not ranked, because their vehicles, axes and winds \(.*\) differ\.", text)
 
 
 def test_a_report_beside_the_file_that_it_is_of_is_called_a_report(tmp_path):
@@ -767,10 +798,10 @@ def test_of_two_in_other_wind_it_is_said(tmp_path):
             **{"position_rmse[m]": rmse, "outcome": "completed", "ended[s]": 5.0, "saturated_share": 0.0},
         )  # fmt: skip
     text = answer(tmp_path, "/compare?a=a&b=b").text
-    assert "With different wind (5\u00a0m/s; none) and events: “a” is 3.0 times closer to its path than “b”, " in text
+    assert "With different events and winds (5\u00a0m/s; none): “a” is 3.0 times closer to its path than “b”, " in text
     assert "share of the time at a rotor" not in text, "which is 0 in both"
     late = [{"mission": {"sensors": {"latency": one}}} for one in (0.02, 0.12)]
-    assert conditions(*late) == conditions(late[0], {"mission": 1}) == "With different sensors: "
+    assert conditions(*late) == conditions(late[0], {"mission": 1}) == "sensors"
 
 
 def test_a_lost_flight_has_no_error_to_rank_it_by_and_a_late_score_is_said(tmp_path):

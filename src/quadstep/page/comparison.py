@@ -4,6 +4,7 @@ import math
 import re
 import tempfile
 import threading
+import tomllib
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import partial
@@ -84,8 +85,7 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         for name, one, content in zip(names, results, contents, strict=True)
         if one.rmse is not None or grade(content) == FlightGrade.LOST
     ]  # fmt: skip
-    shown = f"the answers{' and first numbers' * bool(told)} of their reports" if reports else "their numbers" * bool(rows)
-    body = [markup.summary(unlike or conditions(*contents) + answer(quoted, *contents, shown), errors)]
+    body = [markup.summary(unlike or answer(quoted, *contents, [one.says for one in results]), errors)]
     places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
     pages = [f'<a href="{escape(best(one))}">{escape(name)}</a>' for one, name in zip(results, names, strict=True)]
     if flights and not different(*contents):
@@ -118,23 +118,20 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
 
 def differing_tables(names: list[str], *folders: Path) -> list[str]:
     """Sections: what the tables of two reports say differently."""
+    body = list[str]()
     with suppress(UserError, OSError):
-        found = differences(*folders)
-        headings = (markup.heading(title, f"differs-{number}") for number, title in enumerate(found))
-        tables = (markup.table(("", *names), rows[:MOST_ROWS]) for rows in found.values())
-        said = [markup.paragraph("Below is what both reports' tables have with different values.")] if found else []
-        return [*said, *(part for both in zip(headings, tables, strict=True) for part in both)]
-    return []
+        for title, rows in differences(*folders).items():
+            body += [markup.heading(title, f"differs-{len(body)}"), markup.table(("", *names), rows[:MOST_ROWS])]
+    return [markup.paragraph("Values that differ between the two reports:"), *body] if body else []
 
 
 def grades(*contents: Metrics) -> list[list[str]]:
     """Rows of the controllers and grades of both flights, and of both loops at rest, where both are known."""
-    rest = [section(one, AT_REST) for one in contents]
     rows = [
         ["controller", *map(controller, contents)],
         ["grade", *(MARKS[found][2] if (found := grade(one)) in MARKS else found for one in contents)],
         ["loop at rest", *map(loop_grade, contents)],
-        [MARGINS, *(str(one.get("why", "")) for one in rest)],
+        [MARGINS, *(str(section(one, AT_REST).get("why", "")) for one in contents)],
     ]
     if since(*contents) and all(one.get("outcome") == "completed" for one in contents):
         rows.append(["errors count", *(counted(one).strip() for one in contents)])
@@ -198,26 +195,29 @@ def different(first: Metrics, second: Metrics) -> str:
     return " and ".join(f"{part}s" for part in differing_keys(("path", "vehicle"), first, second))
 
 
-CONDITIONS = "start", "wind", "disturbance", "sensors", "events"
+CONDITIONS = {"start": "starts", "disturbance": "disturbances", "sensors": "sensors", "events": "events", "wind": "winds"}
 """Keys of a mission that make it harder or easier to stay on a path."""
+
+SET_UP = {"vehicle": "vehicles", "path": "paths", "axes": "axes", "vary": "variations", "correlated": "variations",
+          "score_from": "scored times", "simulation": "simulations", "limits": "limits", "failure": "limits"}  # fmt: skip
+"""What else the results of a study depend on."""
 
 
 def conditions(*contents: Metrics) -> str:
-    """In which of these two missions differ, with their winds, to begin a sentence; empty if in none."""
-    told = {} if all("outcome" in one for one in contents) else {one: f"{one}s" for one in ("vehicle", "path", "controller")}
-    if {"vehicle", "path"} - {*differing_keys(told, *contents)}:  # or nothing else is alike
-        told |= dict(zip(CONDITIONS, CONDITIONS, strict=True))
+    """In which of these two missions or studies differ, with their winds; empty if in none."""
+    told = {} if all("outcome" in one for one in contents) else SET_UP
+    if differing_keys(told, *contents)[:2] == ["vehicle", "path"]:  # so nothing else is alike
+        return "vehicles and paths"
     winds = [in_words(section(section(one, "mission"), "wind")) for one in contents]
-    told |= {"wind": f"wind ({'; '.join(winds)})"} if winds[0] != winds[1] and "wind" in told else {}
-    others = [told[one] for one in differing_keys(told, *contents)]
-    others += [of for key, of in (("axes", "axes"), ("failure", "limits")) if contents[0].get(key) != contents[1].get(key)]
-    return f"With different {units.listed(others)}: " if others else ""
+    told = {**told, **CONDITIONS, "wind": f"winds ({'; '.join(winds)})" if winds[0] != winds[1] else "winds"}
+    return units.listed([*dict.fromkeys(told[one] for one in differing_keys(told, *contents))])
 
 
-def differing_keys(keys: Iterable[str], first: Metrics, second: Metrics) -> list[str]:
-    """Those of some keys of their missions in which two flights differ; nothing is as good as an empty list."""
-    sides = [section(one, "mission") for one in (first, second)]
-    return [key for key in keys if (sides[0].get(key) or None) != (sides[1].get(key) or None)]
+def differing_keys(keys: Iterable[str], *contents: Metrics) -> list[str]:
+    """Those of some keys of a study or its mission in which two results differ; nothing is as good as an empty list."""
+    files = (tomllib.loads(str(one["campaign"])) if "chunks" in one else {} for one in contents)
+    first, second = ({**file, **one, **section(one, "mission")} for file, one in zip(files, contents, strict=True))
+    return [key for key in keys if (first.get(key) or None) != (second.get(key) or None)]
 
 
 def numbers(content: Metrics) -> dict[str, float]:
@@ -235,8 +235,7 @@ def reported(*results: ResultFolder) -> list[list[str]]:
 def flown_by(content: Metrics) -> str:
     """The controller of a flight, and what speaks against its loop."""
     _, sign, bad = MARKS.get(bad_loop(content), ("", "", ""))
-    flew = controller(content)
-    return ", ".join(filter(None, (flew and f"controller: {flew}", bad and f"{sign} loop {bad}")))
+    return ", ".join(filter(None, ((flew := controller(content)) and f"controller: {flew}", bad and f"{sign} loop {bad}")))
 
 
 def bad_loop(content: Metrics) -> str:
@@ -244,19 +243,21 @@ def bad_loop(content: Metrics) -> str:
     return "" if MARKS.get(loop := loop_grade(content), ("good",))[0] == "good" else loop
 
 
-def answer(names: list[str], first: Metrics, second: Metrics, shown: str) -> str:
-    """Which is closer to its path, as far as known, and whether its loop is bad. shown: what is compared where it is not."""
-    errors = [numbers(one).get(RMSE) for one in (first, second)]
+def answer(names: list[str], first: Metrics, second: Metrics, says: Sequence[str]) -> str:
+    """Which is closer to its path, as far as known, and whether its loop is bad. says: of the reports of both."""
+    errors, others = [numbers(one).get(RMSE) for one in (first, second)], conditions(first, second)
     if errors[0] is None or errors[1] is None:
-        left = f"are not ranked: below are {shown}, side by side" if shown else "have no numbers to compare"
-        return f"{names[0]} and {names[1]} {left}."
+        if not others and all(says) and differing_keys(["controller"], first, second):
+            return f"Same vehicle, path, air and limits, different controllers. {names[0]}: {says[0]} {names[1]}: {says[1]}"
+        return f"{names[0]} and {names[1]} are not ranked{f', because their {others} differ' if others else ''}."
+    within = f"With different {others}: " * bool(others)
     if errors[0] == errors[1]:
-        return "Both are equally close to their paths."
+        return f"{within}Both are equally close to their paths."
     near, far = (0, 1) if errors[0] < errors[1] else (1, 0)
     ratio = errors[far] / errors[near] if errors[near] else math.inf  # type: ignore[operator]
     times = f"{units.number(ratio, 2)} times closer" if math.isfinite(ratio) else "closer"
     but = f", but its loop is {loop} at rest" if (loop := bad_loop((first, second)[near])) else ""
-    return f"{names[near]} is {times} to its path than {names[far]}, by position RMSE{counted(first)}{but}."
+    return f"{within}{names[near]} is {times} to its path than {names[far]}, by position RMSE{counted(first)}{but}."
 
 
 def value(one: float, unit: str, largest: float) -> str:
@@ -309,9 +310,8 @@ def row(key: str, first: float | None, second: float | None, largest: float) -> 
     """Both values and their ratio. largest: of the group, whose unit they have."""
     _, unit = units.metric(key)
     text = units.percent if key.endswith("_share") else partial(value, unit=unit, largest=largest)
-    shown = ["–" if one is None else text(one) for one in (first, second)]
     ratio = units.number(second / first) if first and second is not None else "–"
-    return [*shown, ratio]
+    return [*("–" if one is None else text(one) for one in (first, second)), ratio]
 
 
 def group(key: str) -> tuple[str, str]:
