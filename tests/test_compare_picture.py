@@ -8,6 +8,7 @@ import pytest
 
 from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE
+from quadstep.metrics.registry import HELD
 from quadstep.metrics.statistics import Estimate
 from quadstep.metrics.verdict import FlightGrade, Graded, error_limit
 from quadstep.report.colours import CURVES
@@ -234,6 +235,7 @@ def test_where_errors_are_large_is_drawn_and_said_where_all_flights_agree_on_it(
     assert large_errors(known) == {WHERE: 0.103}, "the grades of the second have other measures"
     assert large_errors([(WHERE, 0.1), (WHERE, 0.0)]) == large_errors(known[:1]) == {}
     assert error_limit({"position_rmse[m]": 0.305, "relative_error": 0.296}) == pytest.approx(0.1030, rel=1e-3)
+    assert error_limit({"position_rmse[m]": 0.305, "relative_error": 0.296, HELD: 1.0}) == 0.0  # of its second half
     one = comparison(3)
     metrics = {"position_rmse": "position_rmse[m]", "e": "e[m]"}
     results = [each._replace(spreads={"position_rmse": each.spreads["e"], "e": each.spreads["e"]}) for each in one.results]

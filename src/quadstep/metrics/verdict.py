@@ -160,8 +160,8 @@ def graded(metrics: Mapping[str, object], limits: Sequence[Rule] = ()) -> Graded
 
 
 def error_limit(metrics: Mapping[str, float]) -> float:
-    """The position RMSE above which a flight's error is large [m]; 0 where its metrics do not say."""
-    share = metrics.get("relative_error") or 0.0
+    """The position RMSE above which a flight's error is large [m]; 0 where its metrics do not say, or judge another error."""
+    share = 0.0 if metrics.get(HELD) else metrics.get("relative_error") or 0.0
     return RULES[0].most * metrics["position_rmse[m]"] / share if share > 0.0 else 0.0
 
 
