@@ -51,6 +51,8 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     assert found["verdict"].removeprefix("untested: ") in run.out
     assert about["verdict"] == found["verdict"]
     assert found["kind"] == about["kind"] == "untested"
+    rest = about["margins_at_rest"]
+    assert f"the loop is {rest['grade']}: {rest['why']}" in run.out, "of a flight that meets all conditions, too"
     assert set(found["lyapunov"]["work[J]"]) == set(TERMS)
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert f"<dd>not tested<small>|r| is at most {found['flight']['largest_r']:.4g}, b<sub>r</sub> = " in page

@@ -43,11 +43,10 @@ def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | No
         full = record(flown)
         write_json(out / f"{NAME}.json", full)
         found = evidence(flown, mission.name, full["verdict"], json.loads(mission.model_dump_json()))
-        if flown.conditions.broken() or flown.outcome is not Outcome.COMPLETED:
-            grade = quick_grade(mission)
-            remedy = [REMEDY] * (grade.get("grade") == UNSTABLE)
-            said = " ".join([found.answer, *at_rest_sentences(grade), *remedy])
-            found = found._replace(answer=said, opening=said, grade=grade, told=True)
+        grade = quick_grade(mission)
+        remedy = [REMEDY] * (grade.get("grade") == UNSTABLE)
+        said = " ".join([found.answer, *at_rest_sentences(grade), *remedy])
+        found = found._replace(answer=said, opening=said, grade=grade, told=True)
         for one in drawn:
             one.result()
         found.write(out)
