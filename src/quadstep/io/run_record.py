@@ -102,8 +102,13 @@ def read_manifest(path: Path, schema: type[BaseModel], overwrite: bool = False) 
     except UserError as error:
         raise UserError(f"{error}; choose another --out") from None
     except ValidationError:
-        raise UserError(f"{path}: is damaged, or was not written by quadstep; choose another --out") from None
+        raise damaged(path) from None
     return content
+
+
+def damaged(path: Path) -> UserError:
+    """Why a manifest is not read."""
+    return UserError(f"{path}: is damaged, or was not written by quadstep; choose another --out")
 
 
 @contextlib.contextmanager
@@ -149,7 +154,10 @@ def prepared(
         if strange:
             raise UserError(f"{folder}: contains other files ({min(strange)}); choose another --out")
     else:
-        record = kind(inside, manifest)
+        try:
+            record = kind(inside, manifest)
+        except (KeyError, TypeError):
+            raise damaged(folder / kind.NAME) from None
         reasons = [] if overwrite else [*changed(manifest), *([] if SEAL in manifest else ["its manifest has changed"])]
         if resume:
             if reasons:
