@@ -20,7 +20,7 @@ from quadstep.studies.campaign.single import FlownAgain, flown_again, lacking, w
 from quadstep.studies.campaign.store import parquet
 from quadstep.studies.campaign.summary import graded
 from quadstep.studies.campaign.varied import variation_text
-from quadstep.studies.envelope_answer import Envelope, MapPanel, along, answer, caption, coloured_by, enough
+from quadstep.studies.envelope_answer import Envelope, MapPanel, along, answer, caption, coloured_by, enough, mapped
 from quadstep.studies.envelope_cells import CAUSES, FLYABLE, Cells, cells_of, table
 from quadstep.studies.envelope_map import LOOKS, colours, draw_map, draw_slices
 from quadstep.studies.envelope_request import Request, Value
@@ -68,6 +68,7 @@ class Map(Study[Envelope]):
             answer=answer(envelope),
             sentences=[answer(envelope)],
             record=as_json(envelope),
+            facts=mapped(envelope.cells),
             figures=[Figure(PICTURE, caption(envelope, bool(links)), label="Map"), *[Figure(SLICES, along(envelope))] * lined],
             sections=[
                 *([TableSection("Panel by panel", "panels", header, rows)] if self.asked.by else []),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from quadstep.metrics.statistics import share
 from quadstep.mission.fields import words
 from quadstep.report import units
+from quadstep.report.markup import Fact
 from quadstep.studies.campaign.summary import as_commanded, as_sentence
 from quadstep.studies.envelope_cells import FLYABLE, Cells, needed, too_few
 from quadstep.studies.envelope_map import by_success, coloured
@@ -201,14 +202,21 @@ def along(envelope: Envelope) -> str:
 
 def coloured_by(cells: Cells) -> list[str]:
     """What the colours of a map mean, in a sentence; none where there are none."""
-    rmse = cells.rmse[coloured(cells)]
+    lighter = "more" if by_success(cells) else "larger"
+    said = ((one, f"; lighter means {lighter}" * (" to " in one.value)) for one in mapped(cells))
+    return [f"Colour: {one.what}, {one.value}{more}." for one, more in said]
+
+
+def mapped(cells: Cells) -> list[Fact]:
+    """What the colours of a map show, from the least to the largest; none where it has no colours."""
+    rmse, among = cells.rmse[coloured(cells)], "least to largest of the coloured combinations"
     if by_success(cells):
-        return [f"Colour: share of flights that succeed, {between(cells.share, units.percent)}; lighter means more."]
+        return [Fact("share of flights that succeed", between(cells.share, units.percent), among)]
     if not rmse.size:
         return []
-    (unit, factor), lighter = units.handy("m", rmse.max()), "; lighter means larger" * bool(np.ptp(rmse))
-    what = f"Colour: {'median ' * (cells.flights > 1)}position RMSE, {between(factor * rmse, units.number)}"
-    return [f"{what}{units.unit_suffix(unit)}{lighter}."]
+    unit, factor = units.handy("m", rmse.max())
+    value = between(factor * rmse, units.number) + units.unit_suffix(unit)
+    return [Fact(f"{'median ' * (cells.flights > 1)}position RMSE", value, among)]
 
 
 def between(values: NDArray[np.float64], told: Callable[[float], str]) -> str:
