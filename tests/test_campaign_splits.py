@@ -123,6 +123,26 @@ def test_that_another_value_does_better_in_a_range_is_not_said_of_chance():
         assert told == 100 * often
 
 
+def test_that_more_flights_are_lost_with_the_better_choice_is_said_where_it_is_no_chance():
+    """With nets most flights stay below the limit; whether more of them are lost is another question."""
+    random = np.random.default_rng(9)
+    for likely, off, most in ((0.02, 0.02, 10), (0.05, 0.005, 100)):
+        told = 0
+        for _ in range(100):
+            columns = drawn(random, 3000)
+            nets = columns["controller.nets.enabled"].values == 0
+            lost = random.random(3000) < np.where(nets, likely, off)
+            above = ~lost & (random.random(3000) < np.where(nets, 0.0, 0.3))
+            said = findings(lost | above, {"flights above a limit": above, "lost flights": lost}, columns, UNITS)[0]
+            counts = (
+                f"({(lost & nets).sum()} of {nets.sum():,}) than with nets off ({(lost & ~nets).sum()} of {(~nets).sum():,})."
+            )
+            more = f" But more flights are lost with nets on {counts}"
+            assert ("are lost" in said) == said.replace("\N{NO-BREAK SPACE}", " ").endswith(more)
+            told += "are lost" in said
+        assert told <= most and (most < 100 or told == 100)
+
+
 def test_a_finding_has_the_keys_that_it_is_of_also_where_the_words_of_one_key_are_in_those_of_another():
     random = np.random.default_rng(6)
     columns = drawn(random, 2000)

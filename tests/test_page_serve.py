@@ -581,7 +581,7 @@ def test_of_two_campaigns_only_the_controllers_are_said_to_differ_where_nothing_
     if other:
         assert f"“a” and “b” are not ranked, because their {plain(other)} differ. " in text
     else:
-        said = "Same vehicle, path, air and limits, different controllers. “a”: a % succeeded. “b”: b % succeeded. "
+        said = "Same vehicle, path, air and limits; the controllers or their gains differ. “a”: a % succeeded. “b”: b % "
         assert said in text
 
 

@@ -106,7 +106,8 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         shown = "".join(f"<figure>{one}<figcaption>{page}</figcaption></figure>" for one, page in drawn)
         live = [(f"/both?{places}", "Both flights on one page")]
     body += [f'<div class="two">{shown}</div>' * bool(shown), markup.links(live)]
-    rows = [["answer", *(one.says or "–" for one in results)], *rows] if reports else rows
+    said = [["answer", *(one.says or "–" for one in results)], ["graded flights", *(one.lack or "–" for one in results)]]
+    rows = [*(said if any(one.lack for one in results) else said[:1]), *rows] if reports else rows
     body += [markup.heading("In numbers" if keys else "What their reports say first", "numbers")] if rows else []
     body += [markup.table(header, rows, units.rich if reports else escape)] if rows else []
     if margins or others:
@@ -122,7 +123,7 @@ def differing_tables(names: list[str], *folders: Path) -> list[str]:
     with suppress(UserError, OSError):
         for title, rows in differences(*folders).items():
             body += [markup.heading(title, f"differs-{len(body)}"), markup.table(("", *names), rows[:MOST_ROWS])]
-    return [markup.paragraph("Values that differ between the two reports:"), *body] if body else []
+    return [markup.paragraph("Values that both reports have and that differ:"), *body] if body else []
 
 
 def grades(*contents: Metrics) -> list[list[str]]:
@@ -248,7 +249,8 @@ def answer(names: list[str], first: Metrics, second: Metrics, says: Sequence[str
     errors, others = [numbers(one).get(RMSE) for one in (first, second)], conditions(first, second)
     if errors[0] is None or errors[1] is None:
         if not others and all(says) and differing_keys(["controller"], first, second):
-            return f"Same vehicle, path, air and limits, different controllers. {names[0]}: {says[0]} {names[1]}: {says[1]}"
+            same = "Same vehicle, path, air and limits; the controllers or their gains differ."
+            return f"{same} {names[0]}: {says[0]} {names[1]}: {says[1]}"
         return f"{names[0]} and {names[1]} are not ranked{f', because their {others} differ' if others else ''}."
     within = f"With different {others}: " * bool(others)
     if errors[0] == errors[1]:

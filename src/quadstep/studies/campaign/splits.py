@@ -117,6 +117,17 @@ class Split(NamedTuple):
                 return f"{said}. {'But where' if sure else 'Where'} {range_text}, the rates are {rates(there)}{doubt}."
         return f"{said}."
 
+    def losses(self, lost: Flights, values: Sequence[str], places: NDArray[np.float64]) -> str:
+        """That more flights are lost with the best value of a choice than with another, where that is no chance."""
+        place = {f"with {with_option(self.key, value)}": i for i, value in enumerate(values)}
+        best, *others = sorted(self.bands, key=lambda one: one[0] / one[1])
+        hit, size = int((lost & (places == place[best[2]])).sum()), best[1]
+        for _, of, text in others:
+            least = int((lost & (places == place[text])).sum())
+            if hit * of > least * size and unlikely(hit, size, hit + least, size + of) > math.log(20.0 * len(values)):
+                return f" But more flights are lost {best[2]} ({hit:,} of {size:,}) than {text} ({least:,} of {of:,})."
+        return ""
+
 
 def failures_go_with(store: Store, campaign: Campaign, columns: Mapping[str, VariedKey]) -> tuple[str, Findings]:
     """`findings` of a campaign's flights."""
@@ -148,6 +159,7 @@ def findings(
     one, by = columns[found[0].key] if found else None, ""
     if one and one.options:
         by = found[0].successes(failed, one.options, one.values, [other for other in found if other.within])
+        by += found[0].losses(kinds["lost flights"], one.options, one.values) if by and "lost flights" in kinds else ""
     told = {one.key for one in found if one.within}
     return by, said | {text: (part.key,) for text, part in shared_by.items() if part.key not in told}
 
