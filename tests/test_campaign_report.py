@@ -37,6 +37,7 @@ from quadstep.studies.campaign.summary import CampaignSummary, WorstFlight, answ
 from quadstep.studies.campaign.varied import Bins, VariedKey, variation_text, varied_keys
 from tests.campaigns import MASS, NOISY, campaign, leftovers, manifest, rows, varying, written
 from tests.flights import METRICS
+from tests.missions import EXAMPLES
 from tests.pages import data_of, fly_page, needs_node
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -107,6 +108,12 @@ def test_all_files_are_there_known_to_the_manifest_and_whole(flown):
     assert sum("key-" in name for name in names) == 4
     assert all(path.read_bytes()[:4] == b"\x89PNG" for path in folder.rglob("*.png"))
     assert leftovers(folder) == []
+
+
+def test_when_a_flight_fails_says_from_when_on_its_errors_count():
+    assert read_campaign(EXAMPLES / "gusts.toml").failing.endswith(
+        "largest error above 0.3\N{NO-BREAK SPACE}m; errors count from 5 s on"
+    )
 
 
 def test_it_says_what_was_flown_and_how_it_ended(flown):

@@ -181,7 +181,10 @@ class Campaign(NamedTuple):
     @property
     def failing(self) -> str:
         """When a flight fails, in words."""
-        return ", or ".join(["if it ends early", *self.limits(" above")])
+        since = self.mission.scored_from if ERRORS & self.file.failure.keys() else 0.0
+        return ", or ".join(["if it ends early", *self.limits(" above")]) + f"; errors count from {since:g} s on" * (
+            since > 0.0
+        )
 
     @property
     def meaning(self) -> str:
