@@ -202,9 +202,9 @@ def along(envelope: Envelope) -> str:
 
 def coloured_by(cells: Cells) -> list[str]:
     """What the colours of a map mean, in a sentence; none where there are none."""
-    lighter = "more" if by_success(cells) else "larger"
-    said = ((one, f"; lighter means {lighter}" * (" to " in one.value)) for one in mapped(cells))
-    return [f"Colour: {one.what}, {one.value}{more}." for one, more in said]
+    values, more = (cells.share, "more") if by_success(cells) else (cells.rmse[coloured(cells)], "larger")
+    lighter = f"; lighter means {more}" * bool(values.size and np.ptp(values))
+    return [f"Colour: {one.what}, {one.value}{lighter}." for one in mapped(cells)]
 
 
 def mapped(cells: Cells) -> list[Fact]:
