@@ -48,10 +48,10 @@ def test_the_lower_end_of_the_interval_must_reach_what_is_required(tmp_path):
     assert 0.94 < low < 0.941
     met = fly(path, out, "--resume", "--require", repr(low))
     assert (met.code, met.err) == (0, "")
-    assert "Met: at least 0.9403705077 of the flights succeed, with 95 % confidence\n" in met.out
+    assert "Met: at least 0.9403705077 of all flights succeed, with 95 % confidence\n" in met.out
     missed = fly(path, out, "--resume", "--require", "0.941")
     assert missed.code == 4
-    assert "NOT MET: success rate should be at least 0.941, but is only shown to be above 0.9403705077; so few" in missed.out
+    assert "NOT MET: success rate of all flights should be at least 0.941, but is only shown to be above 0.9403705077; so few" in missed.out
 
 
 def test_a_campaign_that_was_over_before_is_judged_too(tmp_path):
@@ -60,15 +60,33 @@ def test_a_campaign_that_was_over_before_is_judged_too(tmp_path):
     before = (out / "flights" / "00000.parquet").read_bytes()
     run = fly(path, out, "--resume", "--require", "0.5", "--json", "--junit", tmp_path / "junit.xml")
     assert run.code == 4
-    assert run.err == "quadstep: NOT MET: success rate should be at least 0.5, but is only shown to be above 0\n"
+    assert run.err == "quadstep: NOT MET: success rate of all flights should be at least 0.5, but is only shown to be above 0\n"
     found = json.loads(run.out)
     assert found["requirement"] == {"least": 0.5, "measured": 0.0, "met": False}
     assert (found["passed"], found["exit_code"], found["flights"]) == (False, 4, 30)
     assert found["success"] == success(out)
     suite, cases = checked((tmp_path / "junit.xml").read_text(encoding="utf-8"))
-    assert list(cases.values()) == [None, "success rate should be at least 0.5, but is only shown to be above 0"]
+    assert list(cases.values()) == [None, "success rate of all flights should be at least 0.5, but is only shown to be above 0"]
     assert float(properties(suite)["success.low"]) == 0.0
     assert (out / "flights" / "00000.parquet").read_bytes() == before
+
+
+def test_where_a_choice_decides_json_has_each_value_and_the_required_share_is_said_to_be_of_all_flights(tmp_path):
+    far = ", ".join(f"{{position=[{x}, 0.0, 0.0], attitude=[0.0, 0.0, 0.0]}}" for x in (0.0, 0.5))
+    choice = f'"start" = {{type="choice", values=[{far}]}}\n{MASS}[failure]\nlargest_error = 0.45\n'
+    path, out = written(tmp_path, choice, head="flights = 80\n"), tmp_path / "out"
+    run = fly(path, out, "--require", "0.3", "--json")
+    found = json.loads(run.out)
+    near, off = sorted(found["by_choice"].values(), key=lambda one: one["success"]["value"], reverse=True)
+    assert (near["success"]["value"], off["success"]["value"]) == (1.0, 0.0)
+    assert near["flights"] + off["flights"] == found["flights"] == 80
+    assert near["success"]["low"] > 0.85 and near["outcomes"] == {"completed": near["flights"]}
+    assert near["quantiles"]["largest_error[m]"]["0.5"]["value"] < 0.45
+    assert off["quantiles"]["largest_error[m]"]["0.5"]["value"] == pytest.approx(0.5, rel=0.1)
+    share, low = near["flights"] / 80, found["success"]["low"]
+    assert run.code == (0 if low >= 0.3 else 4) and found["requirement"]["measured"] == low
+    said = fly(path, out, "--resume", "--require", "0.3").out
+    assert f"Of all 80 flights, which --require judges, {100 * share:.3g} % succeeded (95 % interval {100 * low:.1f} % to" in said
 
 
 def test_json_is_all_that_is_printed(tmp_path):

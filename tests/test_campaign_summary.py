@@ -127,6 +127,9 @@ def test_without_limits_it_says_how_many_reach_the_end_and_what_the_graded_ones_
     ends = [outcome_of(one, found._replace(lacking={0: (), 2: ("shaking",)})) for one in found.worst]
     assert ends == ["lost: off-path", "completed, not as commanded", "completed, as commanded"]
     assert outcomes(found)[0][0] == "completed"
+    told = as_json(found._replace(lacking={0: (), 2: ("shaking",)}))
+    assert told["graded"] == {"flights": 2, "not as commanded": 1, "lacks": {"shaking": 1}}
+    assert [one["lacks"] for one in told["worst"]] == [None, ("shaking",), ()]
 
 
 def test_flights_that_failed_come_before_those_that_went_farther_and_succeeded():
@@ -155,6 +158,7 @@ def test_all_good_and_only_one():
     assert found.spreads[0].quantiles[0.5].value == 0.1
     assert sentences(found)[0] == answer(found)
     assert [one.what for one in facts(found)] == ["position RMSE", "largest error"], "one flight has no median"
+    assert facts(found, "nets on", " from 5 s on")[0].what == "position RMSE from 5 s on, nets on"
     alone = "The only flight succeeded. It is a single flight, which gives no success rate."
     assert [answer(found), answer(found._replace(decision="Shown."))] == [alone, f"Shown. {alone}"]
     late = found._replace(flights=2, meaning=" (limit: largest error 0.3 m; the first 9.9 s are not counted)")

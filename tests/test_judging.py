@@ -233,7 +233,7 @@ def test_the_lower_end_of_the_exact_interval_decides():
     assert requirements.JudgedShare(found.low, found, 1000).met
     missed = requirements.JudgedShare(math.nextafter(found.low, 1.0), found, 1000)
     assert not missed.met
-    assert "success rate should be at least" in missed.case.failure
+    assert "success rate of all flights should be at least" in missed.case.failure
 
 
 @pytest.mark.parametrize("least", [0.5, 0.9, 0.999, 0.99999])

@@ -124,8 +124,9 @@ class JudgedShare(NamedTuple):
 
     @property
     def case(self) -> Case:
-        name = f"at least {self.least:.10g} of the flights succeed, with {100 * LEVEL:g} % confidence"
-        failure = f"success rate should be at least {self.least:.10g}, but is only shown to be above {self.success.low:.10g}"
+        least, low = (f"{one:.10g}" for one in (self.least, self.success.low))
+        name = f"at least {least} of all flights succeed, with {100 * LEVEL:g} % confidence"
+        failure = f"success rate of all flights should be at least {least}, but is only shown to be above {low}"
         needed = flights_needed(self.least)
         if self.success.low >= self.least:
             failure = f"the estimate is not reliable: {self.doubt}"

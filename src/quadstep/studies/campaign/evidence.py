@@ -8,6 +8,7 @@ from quadstep.io.errors import UserError
 from quadstep.metrics.registry import SOUND
 from quadstep.metrics.requirements import JudgedShare
 from quadstep.metrics.verdict import Case
+from quadstep.report import units
 from quadstep.report.evidence import Evidence, TableSection
 from quadstep.studies.campaign import run
 from quadstep.studies.campaign.planner import is_random
@@ -15,7 +16,7 @@ from quadstep.studies.campaign.report_text import length, outcome_of
 from quadstep.studies.campaign.run import FinishedCampaign
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.single_flight import replay_command
-from quadstep.studies.campaign.summary import as_json, sentences
+from quadstep.studies.campaign.summary import as_json, sentences, within
 
 
 def refuse_certain(file: Path, option: str, flights: int | None) -> None:
@@ -74,6 +75,10 @@ def evidence(
         for one in summary.worst
     ]
     found = sentences(summary)
+    if summary.by and least is not None:
+        did = "succeeded" if summary.limited else "reached the end"
+        of_all = f"Of all {summary.flights:,} flights, which --require judges, {units.percent(summary.success.value)} {did}"
+        found.insert(1, f"{of_all} (95 % interval {within(*summary.success[1:])}).".replace("\N{NO-BREAK SPACE}", " "))
     return Evidence(
         name=name,
         kind="Campaign",

@@ -126,7 +126,7 @@ def evidence(of: ReportSubject) -> Evidence:
     judged = next(iter(limits), RMSE)
     metric = PlottedMetric(judged, np.where(through, number(of.store.read([judged])[judged]), np.nan), limits.get(judged))
     first, more = key_sections(of, rmse, success, metric)
-    told = [one for which, part in summary.each.items() for one in text.facts(part, which)]
+    told = [one for which, part in summary.each.items() for one in text.facts(part, which, errors_since(mission))]
     ends = distribution_section(of, flown)
     errors = [figure("distributions", text.errors_seen(summary))] if (of.folder / "distributions.svg").is_file() else []
     sections = [
@@ -178,7 +178,7 @@ def distribution_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
     if metrics and of.summary.spreads:
         if not of.summary.parts:
             draw_distributions(of.folder / "distributions", metrics, of.summary.flights, of.sheet)
-        body.append(text.distributions(of.summary))
+        body.append(text.distributions(of.summary, errors_since(of.campaign.mission)))
     return body
 
 

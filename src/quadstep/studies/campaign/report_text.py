@@ -28,8 +28,10 @@ DIGITS = 4
 SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 
 
-def facts(summary: CampaignSummary, which: str = "") -> list[markup.Fact]:
-    """The largest quantile of each metric that is known, or what one flight has. which: flights these are, if not all."""
+def facts(summary: CampaignSummary, which: str = "", since: str = "") -> list[markup.Fact]:
+    """The largest quantile of each metric that is known, or what one flight has. which: flights these are, if not all; since:
+    when errors count.
+    """
     found = []
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
@@ -39,7 +41,7 @@ def facts(summary: CampaignSummary, which: str = "") -> list[markup.Fact]:
         only = "; of completed flights only" * (summary.flights > spread.flights)
         interval = f"95 % interval: {ends}{only}" if one.bounded else FEW
         told = (units.estimate(*one, unit), interval) if summary.statistical else (units.quantity(one.value, unit),)
-        found.append(markup.Fact(f"{what}{words}{f', {which}' * bool(which)}", *told))
+        found.append(markup.Fact(f"{what}{words}{since}{f', {which}' * bool(which)}", *told))
     return found
 
 
@@ -130,8 +132,8 @@ def percent(one: Estimate) -> str:
     return units.percent(*one).removesuffix(" %")
 
 
-def distributions(summary: CampaignSummary) -> TableSection:
-    header = "of completed flights", "share below", f"value{' with its 95 % interval' * summary.statistical}"
+def distributions(summary: CampaignSummary, since: str) -> TableSection:
+    header = f"of completed flights{since}", "share below", f"value{' with its 95 % interval' * summary.statistical}"
     rows = {which: quantiles(part) for which, part in summary.each.items()}
     return by_choice("Distance from the path", "distributions", header, rows)
 

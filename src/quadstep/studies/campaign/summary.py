@@ -172,20 +172,20 @@ def as_sentence(meaning: str) -> str:
     return f" {meaning[2:3].upper()}{meaning[3:-1]}." if meaning else ""
 
 
-def graded(lacking: Mapping[int, tuple[str, ...]]) -> dict[str, int]:
-    return {"flights": len(lacking), "not as commanded": sum(map(bool, lacking.values()))}
+def graded(lacking: Mapping[int, tuple[str, ...]]) -> dict[str, Any]:
+    lacks = Counter(itertools.chain(*lacking.values()))
+    return {"flights": len(lacking), "not as commanded": sum(map(bool, lacking.values())), "lacks": dict(lacks.most_common())}
 
 
 def as_commanded(lacking: Mapping[int, tuple[str, ...]], reach: int, flights: int) -> str:
     """How many of the graded flights that reach the end are as commanded, what the others lack, and how many are not graded:
     sentences of their own, or where none is, first a clause. reach: so many of the flights reach the end.
     """
-    ended, bad = graded(lacking).values()
+    ended, bad, lack = graded(lacking).values()
     more = max(0, reach - ended)
     if not ended:
         return ". No flight that reaches the end is graded" * bool(more)
-    lack = Counter(itertools.chain(*lacking.values())).most_common()
-    why = units.listed([f"{label} in {times:,}" if ended > 1 else label for label, times in lack])
+    why = units.listed([f"{label} in {times:,}" if ended > 1 else label for label, times in lack.items()])
     none, shown = bad == ended, " graded flights" * bool(more)
     if ended == 1:
         one = "it" if flights == 1 else f"the only one of the{shown or ' flights'} that reaches the end"
@@ -235,7 +235,6 @@ def sentences(summary: CampaignSummary) -> list[str]:
 
 def as_json(summary: CampaignSummary) -> dict[str, Any]:
     return {
-        "flights": summary.flights,
         "copies": summary.copies,
         "points": summary.points,
         "uneven_grid": summary.uneven,
@@ -244,11 +243,13 @@ def as_json(summary: CampaignSummary) -> dict[str, Any]:
         "meaning": summary.meaning.strip(" ()"),
         "findings": [one.replace("\N{NO-BREAK SPACE}", " ") for one in summary.findings],
         "set_up_singly": list(summary.singly),
-        "success": summary.success._asdict(),
-        "outcomes": summary.outcomes,
-        "quantiles": {
-            spread.metric: {str(q): estimate.as_json() for q, estimate in spread.quantiles.items()}
-            for spread in summary.spreads
-        },
-        "worst": [one._asdict() for one in summary.worst],
+        **tallies(summary),
+        "by_choice": {which: tallies(part) for which, part in summary.parts.items()},
+        "worst": [{**one._asdict(), "lacks": summary.lacking.get(one.flight)} for one in summary.worst],
     }
+
+
+def tallies(summary: CampaignSummary) -> dict[str, Any]:
+    quantiles = {one.metric: {str(q): found.as_json() for q, found in one.quantiles.items()} for one in summary.spreads}
+    success = summary.success._asdict()
+    return {"flights": summary.flights, "success": success, "outcomes": summary.outcomes, "quantiles": quantiles}
