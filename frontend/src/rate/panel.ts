@@ -19,6 +19,7 @@ const NAMES: Record<Metric, string> = { largest_error: "largest error", position
 const BINS = 48;
 const ENDS = [2, 3, 6, 12, 24, BINS]; // times the limit, which is then an edge of a bin
 const HEIGHT = 120; // px
+const PAUSE = 100; // ms between pictures while flights are counted: drawing takes time from the workers
 
 export class RatePanel {
   tally: Tally | undefined;
@@ -37,6 +38,7 @@ export class RatePanel {
   private readonly note = h("p", { class: "note" });
   private histograms = new Map<Metric, HTMLCanvasElement>();
   private drawing = 0;
+  private due = 0; // when to draw what is counted [ms]
 
   constructor(
     private readonly page: PageData,
@@ -67,6 +69,7 @@ export class RatePanel {
     const own = this.own !== undefined && alike(setting, this.own);
     this.tally = own && this.before?.done ? this.before : new Tally(rate);
     if (own) this.before = this.tally;
+    this.due = 0;
     this.count(this.tally, setting);
     this.draw(); // at once, or the count before would stand beside the new values
   }
@@ -81,6 +84,8 @@ export class RatePanel {
     const { counted, own, rate } = this;
     counted?.add(done);
     if (counted?.done && rate && own && !this.before?.done) this.count((this.before = new Tally(rate)), own);
+    if (!counted?.done && performance.now() < this.due) return;
+    this.due = performance.now() + PAUSE;
     this.request();
   }
 

@@ -6,7 +6,7 @@ import { lawCode } from "../data/page";
 import { bytes, doubles } from "../data/packed";
 import { type Done, type Job, type Setup, work } from "./worker";
 
-const PORTION = 16; // flights: two vectors of either kind of number, and no worker waits long for another
+const PORTION = 8; // flights: whole vectors, and no worker waits long for another
 const MOST_WORKERS = 4;
 
 /** What a setting flies with. */
@@ -29,7 +29,7 @@ function compiled(module: string): WebAssembly.Module | undefined {
 export class Pool {
   private readonly columns: Float64Array;
   private workers: Worker[] | undefined;
-  private idle: Worker[] = [];
+  private idle: Worker[] = []; // each as often as it may be given a portion
   private job: Omit<Job, "past"> | undefined;
   private setting: Setting | undefined;
   private id = 0;
@@ -77,7 +77,7 @@ export class Pool {
       };
       return worker;
     });
-    this.idle = [...this.workers];
+    this.idle = [...this.workers, ...this.workers]; // the next portion is there while the page draws
   }
 
   private next(worker: Worker): void {

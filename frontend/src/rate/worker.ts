@@ -40,7 +40,7 @@ export function work(): void {
 
   const prepare = ({ module, double, flights, constants: shared, results, step, every, columns, tables }: Setup): void => {
     const size = double ? 8 : 4;
-    const width = 32 / size; // two vectors
+    const width = 16 / size; // one vector
     const length = Math.ceil(flights / width) * width; // the last flight is repeated to fill up
     const Numbers = double ? Float64Array : Float32Array;
     const rows = Math.round(columns.length / flights);
