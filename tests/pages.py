@@ -54,9 +54,13 @@ def run_node(script: str, *arguments: str, given: str = "") -> str:
 
 
 def fly_page(path: Path, *requests: dict[str, Any]) -> list[dict[str, Any]]:
-    """Flights of a page by its own laws. A request names flight, controller (its place) and values of controls."""
+    """Flights of a page by its own laws, with the same bits by WebAssembly (`quick`) where it has that.
+
+    A request names flight, controller (its place) and values of controls.
+    """
     answers = json.loads(run_node("", str(CLIENT), str(path), given=json.dumps(requests)))
     for answer in answers:
+        assert answer.setdefault("quick", None) is not False
         answer["parameters"] = np.frombuffer(base64.b64decode(answer["parameters"]))
         answer["values"] = np.frombuffer(base64.b64decode(answer["values"])).reshape(-1, len(answer["columns"]))
     return answers

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from quadstep.engines.sweep import exporting, import_names, leb, leb128, sections
+from quadstep.engines.fly import fly
+from quadstep.engines.wasm import exporting, import_names, leb, leb128, sections
 from quadstep.io.errors import UserError
 from quadstep.metrics.statistics import share
+from quadstep.mission.read import plan_mission
 from quadstep.page import answers, serve
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, TIME, Flyer
 from quadstep.studies.campaign.page import campaign_page, rate
@@ -102,8 +104,11 @@ def test_a_served_page_flies_its_campaign_in_workers_or_by_its_own_laws(
             page.goto(f"http://127.0.0.1:{port}/files/page.html")
             page.wait_for_selector("html[data-ready]", state="attached")
             workers = len(page.workers)
-            assert_flown_as_by_the_campaign(page, campaign(tmp_path, precision))
+            path = campaign(tmp_path, precision)
+            assert_flown_as_by_the_campaign(page, path)
             assert bool(workers) == allowed
+            plan = plan_mission(read_campaign(path).mission, path)
+            np.testing.assert_array_equal(page.evaluate("quadstep.rows()"), fly(plan).rows)
             browsers[False].blank()
 
 

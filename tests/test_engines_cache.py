@@ -20,7 +20,8 @@ from quadstep.engines import kernel
 from quadstep.engines.gpu_sweep import program
 from quadstep.engines.kernel import MOST, Kernel, Kernels, Trace, fly_lanes, host, object_code
 from quadstep.engines.scored import scored
-from quadstep.engines.sweep import Sweep, sweep_module
+from quadstep.engines.sweep import Sweep
+from quadstep.engines.wasm import sweep_module
 from quadstep.interfaces.closed_loop import Ticks
 from quadstep.io import code_cache
 from quadstep.io.code_identity import described

@@ -83,6 +83,7 @@ def page(tmp_path_factory, missions, logs):
 def test_javascript_flies_what_python_floats_fly(page, logs, name):
     log = logs[name]
     (answer,) = fly_page(page, {"flight": name})
+    assert answer["quick"]
     assert (answer["code"], answer["rows"]) == (log.outcome, len(log.rows))
     scale = np.maximum(np.abs(log.rows).max(axis=0), 1.0)
     assert (np.abs(answer["values"] - log.rows).max(axis=0) / scale).max() < 1e-10

@@ -123,6 +123,8 @@ export interface LawCode {
     rows: Float64Array,
     net?: Float64Array,
   ): { code: number; tick: number; rows: number };
+  /** Flies in place of JavaScript, where it is set and no net is asked for; its code and tick. */
+  run: ((parameters: Float64Array, tables: Float64Array[], start: Float64Array, ticks: Ticks, rows: Float64Array) => [code: number, tick: number]) | undefined;
   /** As every engine computes them, to the bit. */
   cos(x: number): number;
   atan2(y: number, x: number): number;

@@ -3,10 +3,13 @@
 import type { LawCode, PageData } from "./contract";
 import { run } from "../view/dom";
 import { doubles } from "./packed";
+import { runner } from "./webassembly";
 
 declare global {
   /** Laws, each as text until it flies: a page has many, and reading all of them takes longer than its first flight should wait. */
   var quadstepLaws: Record<string, LawCode | string> | undefined;
+  /** The same for WebAssembly, which a page may lack, and a browser: it flies them in half the time. */
+  var quadstepModules: Record<string, string> | undefined;
 }
 
 const EMPTY: PageData = {
@@ -46,9 +49,13 @@ function resolve(value: unknown, shared: readonly unknown[]): unknown {
 
 /** A compiled law, if the page has it. */
 export function lawCode(id: string): LawCode | undefined {
-  const laws = globalThis.quadstepLaws;
+  const { quadstepLaws: laws, quadstepModules: modules } = globalThis;
   if (!laws || !Object.hasOwn(laws, id)) return undefined;
-  if (typeof laws[id] === "string") run(`quadstepLaws[${JSON.stringify(id)}]=${laws[id]}`);
+  if (typeof laws[id] === "string") {
+    run(`quadstepLaws[${JSON.stringify(id)}]=${laws[id]}`);
+    const module = modules?.[id];
+    if (module) (laws as Record<string, LawCode>)[id]!.run = runner(module);
+  }
   return laws[id] as LawCode;
 }
 

@@ -131,7 +131,7 @@ export class RatePanel {
       fails(rate, this.from),
       this.original ? "Outline: the same flights with the original values." : "",
       varied.length ? `Varied from flight to flight: ${varied.join("; ")}.` : "",
-      tally.done ? "" : `${tally.flown} of ${rate.flights} flown so far.`,
+      tally.done ? "" : `${whole(tally.flown)} of ${whole(rate.flights)} flown so far.`,
     ].filter(Boolean).join(" ");
     if (tally.flown || !this.before?.flown) for (const [metric, canvas] of this.histograms) this.histogram(metric, canvas, tally, rate);
   }
@@ -224,8 +224,13 @@ function varied({ varies }: Rate, { given, law }: Setting): number[] {
 function sentence({ failures, flown }: Tally): Node[] {
   const { value, low, high } = exactShare(failures, flown);
   const percent = (share: number): string => `${number(100 * share, 3)}\u00a0%`;
-  const strong = h("b", {}, `${failures} of ${flown} flights fail: ${percent(value)}`);
+  const strong = h("b", {}, `${whole(failures)} of ${whole(flown)} flights fail: ${percent(value)}`);
   return [strong, document.createTextNode(` (95 % interval ${percent(low)} to ${percent(high)}).`)];
+}
+
+/** A count of flights. */
+function whole(count: number): string {
+  return count.toLocaleString("en");
 }
 
 /** What counts as a failure. */
@@ -244,7 +249,7 @@ function paired(tally: Tally, before: Tally | undefined): Node[] {
   const points = (share: number): string => number(100 * share, 3);
   const told = value ? `${points(Math.abs(value))} points ${value < 0 ? "fewer" : "more"} than` : "as many as";
   const may = least > 0 || !value ? "" : ", which may be chance";
-  return [document.createTextNode(` That is ${told} with the original values (${before.failures}; 95 % interval of the difference ${points(least)} to ${points(most)}${value ? "" : " points"})${may}.`)];
+  return [document.createTextNode(` That is ${told} with the original values (${whole(before.failures)}; 95 % interval of the difference ${points(least)} to ${points(most)}${value ? "" : " points"})${may}.`)];
 }
 
 /** Whether two settings fly with the same numbers. */

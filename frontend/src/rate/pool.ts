@@ -3,7 +3,8 @@
 import type { FlightData, Law, Rate } from "../data/contract";
 import type { Inputs } from "../data/engine";
 import { lawCode } from "../data/page";
-import { bytes, doubles } from "../data/packed";
+import { doubles } from "../data/packed";
+import { compiled } from "../data/webassembly";
 import { type Done, type Job, type Setup, work } from "./worker";
 
 const PORTION = 8; // flights: whole vectors, and no worker waits long for another
@@ -15,15 +16,6 @@ export interface Setting {
   readonly law: Law;
   /** The last tick. */
   readonly last: number;
-}
-
-/** undefined where a browser has no WebAssembly, or is told to run none. */
-function compiled(module: string): WebAssembly.Module | undefined {
-  try {
-    return new WebAssembly.Module(bytes(module));
-  } catch {
-    return undefined;
-  }
 }
 
 export class Pool {

@@ -195,7 +195,7 @@ def controllers(
 
     called: its own one's name, if not that of its kind. rivals: the others, by name; those of the package if there are none.
     """
-    own = controller(mission.controller, mission, plan, folder, laws)
+    own = controller(mission.controller, mission, plan, folder, laws, quick=True)
     result = [renamed(own, called) if called else own]
     for name, section in rivals.items() if rivals else (("", ghost) for ghost in ghosts(mission.controller)):
         if laws.size < ROOM_FOR_GHOSTS or rivals:
@@ -233,12 +233,14 @@ def meanings(law: type[Law]) -> Mapping[str, object]:
     return {**found, "nets": [one for one in law.declarations().values() if isinstance(one, DeclaredNet)]}
 
 
-def controller(section: ControllerSection, mission: Mission, plan: FlightPlan, folder: Path, laws: Laws) -> ControllerData:
-    """One of them. Raises UserError."""
+def controller(
+    section: ControllerSection, mission: Mission, plan: FlightPlan, folder: Path, laws: Laws, quick: bool = False
+) -> ControllerData:
+    """One of them. quick: as `Laws.add` has it. Raises UserError."""
     built = section.build(mission.modelled, folder)
     gains = widened(built.gains, section.table.seed) if section.table else built.gains
     flown = plan.with_controller(built.law, gains)
-    numbers = laws.add(flown)
+    numbers = laws.add(flown, quick)
     conditions = page_conditions(built.law, flown, mission.modelled.model())
     label = section.controller.label or section.type
     return ControllerData(

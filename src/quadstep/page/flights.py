@@ -151,7 +151,7 @@ def fliers(flown: ShownFlight, plan: FlightPlan, laws: Laws) -> Live:
         found[0] = found[0]._replace(controls=foremost(found[0].controls, flown.moved))
         return Live(tuple(found), tuple(controls(flown.mission, plan)))
     sliders = tuple(sliders_of(plan.parameters.gains))  # nothing but the numbers of its plan is known
-    return Live((ControllerData("own", type(plan.loop.controller).__name__, *laws.add(plan), sliders, ()),), ())
+    return Live((ControllerData("own", type(plan.loop.controller).__name__, *laws.add(plan, quick=True), sliders, ()),), ())
 
 
 def foremost(controls: tuple[Control, ...], moved: Mapping[str, float]) -> tuple[Control, ...]:

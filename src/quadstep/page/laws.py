@@ -3,6 +3,7 @@
 The laws of a page: each structure of a closed loop is compiled once, whatever its numbers.
 """
 
+import base64
 import json
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -12,6 +13,7 @@ from quadstep.control.backstepping import Backstepping, BacksteppingGains, Backs
 from quadstep.control.completed_backstepping import CompletedBackstepping
 from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Cycle, Loop, Numbers
+from quadstep.engines.wasm import flight_module
 from quadstep.interfaces.closed_loop import Clock, ClosedLoop
 from quadstep.interfaces.learning import DeclaredNet, StartWeights, output, random_input_weights
 from quadstep.interfaces.log import SAID
@@ -64,7 +66,8 @@ def net_row(loop: ClosedLoop, cycle: object, p: object, time: Number) -> list[Nu
 class Law(NamedTuple):
     """A compiled loop.
 
-    text: a JavaScript expression, an object with `fly`, and with the cosine and arc tangent of every engine. names, starts,
+    text: a JavaScript expression, an object with `fly`, and with the cosine and arc tangent of every engine; its `run`, if a
+    page sets it, flies in place of the loop in JavaScript. names, starts,
     tables: of its numeric parameters, its start and its tables, in the order in which `fly` takes them. columns: name and
     unit. tasks: names of the sampled laws. net: neurons of the net that `fly` shows in its last argument, as `net_row` orders
     it, 0 for none or where something else is shown.
@@ -174,15 +177,16 @@ def script(
             *(f"const T{i}=T[{i}];" for i in range(tables)),
             *(f"const e{i}=ticks.every[{i}],h{i}=h*e{i};" for i in range(tasks)),
             "let code=0,n=0,t=0,r=0,q=0;",
+            "if(law.run&&!Q)[code,n]=law.run(P,T,S,ticks,R);else{",
             f"{calls['prepare']}{calls['start']}",
             f"for(;n<=last;n++){{t=n*h;{due}if(n%log===0){{{calls['row']}r+={width};{shown}}}if(n<last){{{calls['move']}}}}}",
-            "if(n>last)n=last;",
-            f"let rows=code!==0?Math.ceil(n/log):r/{width};",
+            "if(n>last)n=last}",
+            "let rows=code!==0?Math.ceil(n/log):Math.floor(last/log)+1;",
             f"const unsaid={unsaid};",
             f"let i=0;while(i<rows*{width}&&(Number.isFinite(R[i])||unsaid.includes(i%{width})))i++;",
             f"if(i<rows*{width}){{if(code===0)code=1;rows=Math.floor(i/{width})}}",
             "return{code,tick:n,rows}}",
-            "return{fly,cos,atan2}})()",
+            "const law={fly,cos,atan2};return law})()",
         ]
     )
 
@@ -208,10 +212,11 @@ class PageNumbers(NamedTuple):
 
 
 class Laws:
-    """The compiled loops, presets and tables of one page."""
+    """The compiled loops, presets and tables of one page. modules: what flies a law in its stead, WebAssembly in base64."""
 
     def __init__(self) -> None:
         self.laws: dict[str, Law] = {}
+        self.modules: dict[str, str] = {}
         self.presets: dict[str, tuple[float, ...]] = {}
         self.tables: dict[str, str] = {}
         self._ids: dict[tuple[ClosedLoop, tuple[str, ...]], str] = {}
@@ -220,8 +225,11 @@ class Laws:
     def size(self) -> int:
         return sum(len(law.text) for law in self.laws.values())
 
-    def add(self, plan: FlightPlan) -> PageNumbers:
-        """The plan's numbers, its loop compiled if that is new. Raises UserError for a loop that the page cannot hold."""
+    def add(self, plan: FlightPlan, quick: bool = False) -> PageNumbers:
+        """The plan's numbers, its loop compiled if that is new. quick: as WebAssembly too, if the page has room for it.
+
+        Raises UserError for a loop that the page cannot hold.
+        """
         named = list(zip(leaf_names(plan.parameters), flatten(plan.parameters), strict=True))
         key = (plan.loop, tuple(f"{name}:{leaf.size}" if isinstance(leaf, Table) else name for name, leaf in named))
         if key not in self._ids:
@@ -231,6 +239,8 @@ class Laws:
             self._ids[key] = f"law{len(self._ids)}"
             self.laws[self._ids[key]] = law
         name = self._ids[key]
+        if quick and name not in self.modules:
+            self.modules[name] = module(plan)
         values = tuple(float(leaf) for _, leaf in named if not isinstance(leaf, Table))
         base = self.presets.setdefault(name, values)
         overrides = tuple((i, new) for i, (new, old) in enumerate(zip(values, base, strict=True)) if repr(new) != repr(old))
@@ -252,7 +262,11 @@ class Laws:
         return {name: {key: value for key, value in law.items() if key != "text"} for name, law in known.items()}
 
     def script(self) -> str:
-        return f"globalThis.quadstepLaws={json.dumps({name: law.text for name, law in self.laws.items()})};"
+        texts, modules, room = {name: law.text for name, law in self.laws.items()}, {}, ROOM - self.size
+        for name, text in self.modules.items():
+            if len(text) <= room:
+                modules[name], room = text, room - len(text)
+        return f"globalThis.quadstepLaws={json.dumps(texts)};globalThis.quadstepModules={json.dumps(modules)};"
 
 
 def compiled(plan: FlightPlan) -> Law:
@@ -261,6 +275,14 @@ def compiled(plan: FlightPlan) -> Law:
         return emit(plan.loop, plan.parameters, plan.start)
     except Exception as error:
         raise UserError(f"its laws cannot be written as JavaScript ({type(error).__name__}: {error})") from error
+
+
+def module(plan: FlightPlan) -> str:
+    """The law of a plan as WebAssembly, in base64; "" where there is none: the page flies it all the same, slower."""
+    try:
+        return base64.b64encode(flight_module(plan.loop, plan.start, plan.parameters)).decode("ascii")
+    except UserError:
+        return ""
 
 
 def neurons(names: Sequence[str]) -> list[dict[str, list[float]]]:

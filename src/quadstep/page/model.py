@@ -175,7 +175,7 @@ class Cell(NamedTuple):
 class Rate(NamedTuple):
     """Many flights of which the page counts the failures, as `quadstep campaign` flies them.
 
-    module: WebAssembly (`engines/sweep.py`), in base64. double: whether in f64, else f32. constants: names of the numbers
+    module: WebAssembly (`engines/wasm.py`), in base64. double: whether in f64, else f32. constants: names of the numbers
     that all flights share, as the module reads them. varies: of the others; rows: these, one row a name, one column a flight.
     every: ticks from one run of each task to the next. results: rows that a module writes. failure: the most that a metric,
     by its name without unit, may be. keys: what the campaign varies, and how, in words. random: what else

@@ -12,8 +12,9 @@ import numpy as np
 from quadstep.engines.engine import Engine
 from quadstep.engines.fly import fly
 from quadstep.engines.scored import LARGEST, RMSE, names_without_units
-from quadstep.engines.sweep import number_names, sweep_module
+from quadstep.engines.sweep import number_names
 from quadstep.engines.sweep_trace import OUTCOME
+from quadstep.engines.wasm import sweep_module
 from quadstep.interfaces.controller import Controller
 from quadstep.io.errors import UserError
 from quadstep.metrics.verdict import Rule
