@@ -2,7 +2,7 @@
 
 import type { Ticks } from "./contract";
 
-const BUDGET = 10; // ms that all laws may take together
+const BUDGET = 6; // ms that all laws may take together
 const PATIENCE = 4; // budgets that they may take to reach the reader's cursor
 const FIRST = 200; // ticks a millisecond, before a law has flown
 const COARSEST = 6; // halvings
