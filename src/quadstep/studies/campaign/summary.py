@@ -249,7 +249,7 @@ def as_json(summary: CampaignSummary) -> dict[str, Any]:
     }
 
 
-def tallies(summary: CampaignSummary) -> dict[str, Any]:
+def tallies(summary: CampaignSummary) -> dict[str, object]:
     quantiles = {one.metric: {str(q): found.as_json() for q, found in one.quantiles.items()} for one in summary.spreads}
     success = summary.success._asdict()
     return {"flights": summary.flights, "success": success, "outcomes": summary.outcomes, "quantiles": quantiles}
