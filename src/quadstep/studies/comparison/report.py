@@ -64,8 +64,9 @@ TUNED = "All tuned gains were found with the same flights, objective and budget,
 LOOPS = (
     "The sampled loop at rest at the start of the path, without noise: one loop is opened at a time, and the table shows the "
     "smallest margin over all channels. An estimator is left out, together with the fix latency that it compensates. "
-    "`quadstep linear` gives details. A slowest pole of 0 in a sound loop is that of a number of the law, "
-    "such as an adapted weight, that may have any value at rest: it neither grows nor decays."
+    "`quadstep linear` gives details. A slowest pole of 0 in a sound loop is that of a number of the law, such as an adapted "
+    "weight, that may have any value at rest: it neither grows nor decays. Margins of a law with a kink at or near rest have "
+    "fewer digits: further ones would depend on the states at which it is linearised."
 )
 DECIDING = (
     "First: the smallest median of those that lead; second: tied with it, or next. Differences are medians over the flights "
