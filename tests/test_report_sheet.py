@@ -262,6 +262,8 @@ def test_a_legend_stands_once_above_panels_that_share_it_and_not_over_a_single_l
     figure = picture(T, [*pairs, *(Panel(f"{name}_d - {name}", "m", {f"error in {name}": T}) for name in "xyz")], 2)
     said = [[text.get_text() for text in axes.get_legend().get_texts()] for axes in figure.axes if axes.get_legend()]
     assert said == [["flown", "desired"]]
+    both = picture(T, [Panel(name, "m", {"one": T, "other": -T}) for name in "abcd"], 2)
+    assert [bool(axes.get_legend()) for axes in both.axes] == [True, False, False, False], "all columns have the same"
 
 
 def test_a_legend_of_two_rows_does_not_cover_the_panel_above():
