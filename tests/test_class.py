@@ -467,17 +467,17 @@ def test_the_class_s_own_flight_is_to_be_beaten(room, port, monkeypatch):
     room.fly_own()
     text = ask(port, "/", ada)[2]
     own = units.quantity(room.own.numbers[room.ground.metric], "m")
-    task = f"Ada: fly “{room.mission.name}” with the smallest position RMSE. The class's own gains reach {own}."
+    task = f"Ada: fly “{room.mission.name}” with the smallest position RMSE. The class’s own gains reach {own}."
     assert f'<p class="answer">{task}</p>' in text
-    assert "Nobody has flown it yet." in text and re.search(rf"<i>the class's own gains</i></td><td[^>]*>{own}<", text)
+    assert "Nobody has flown it yet." in text and re.search(rf"<i>the class’s own gains</i></td><td[^>]*>{own}<", text)
     assert ask(port, "/try", ada)[1]["Content-Type"] == "text/html; charset=utf-8"
     assert "<svg" in ask(port, "/path.svg", ada)[2]
-    assert "<figcaption>Line: the class's own gains. Pale band: the path asked for.</figcaption>" in text
+    assert "<figcaption>Line: the class’s own gains. Pale band: the path asked for.</figcaption>" in text
     alone = ask(port, "/path.svg", ada)[2]
     flown(room, "[controller]\nK_r1 = 2.0\n")
     both = ask(port, "/path.svg?1", ada)[2]
     assert "stroke-dasharray" in both and "stroke-dasharray" not in alone
-    assert "<b>Solid: your attempt 1.</b> Dashed: the class's own gains." in ask(port, "/", ada)[2]
+    assert "<b>Solid: your attempt 1.</b> Dashed: the class’s own gains." in ask(port, "/", ada)[2]
     assert ask(port, "/path.svg", room.teacher)[2] == alone, "the teacher sees the class's"
     room.members[ada].counts(
         "", SubmissionResult("", "as commanded", {room.ground.metric: 0.5 * room.own.numbers[room.ground.metric]})
@@ -495,14 +495,14 @@ def test_a_flight_that_was_not_as_commanded_is_not_ranked_and_all_rows_stand_by_
     token = list(room.members)[1]
     text = ask(port, "/", token)[2]
     rows = re.findall(r"<tr><td>(.)</td><td>(?:<[bi]>)?([^<]*)<", text.split('id="board"')[1])
-    assert rows[:3] == [("1", "Ada"), ("–", "the class's own gains"), ("–", "Group 2 (you)")]
+    assert rows[:3] == [("1", "Ada"), ("–", "the class’s own gains"), ("–", "Group 2 (you)")]
     assert "Your smallest: 2.00\u00a0mm, not ranked: none of yours was as commanded. The best of the class: 30.0" in text
     mine = next(iter(room.members))
-    assert "Your best: 30.0\u00a0mm, rank 1 of 1." in ask(port, "/", mine)[2], "and not behind the class's own 35 mm"
+    assert "Your best: 30.0\u00a0mm, rank 1 of 1." in ask(port, "/", mine)[2], "and not behind the class’s own 35 mm"
     room.own = room.own._replace(numbers={room.ground.metric: 0.025})
-    assert "Your best: 30.0\u00a0mm, behind the class's own gains." in ask(port, "/", mine)[2]
+    assert "Your best: 30.0\u00a0mm, behind the class’s own gains." in ask(port, "/", mine)[2]
     rows = re.findall(r"<tr><td>(.)</td><td>(?:<[bi]>)?([^<]*)<", ask(port, "/", token)[2].split('id="board"')[1])
-    assert [name for _, name in rows[:2]] == ["the class's own gains", "Ada"]
+    assert [name for _, name in rows[:2]] == ["the class’s own gains", "Ada"]
 
 
 def test_the_record_of_attempts_has_an_end_and_keeps_the_best(room, tmp_path):

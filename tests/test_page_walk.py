@@ -101,9 +101,12 @@ def test_a_step_waits_for_a_guess_then_flies_and_says_what_was_right(open_page, 
     assert verdict.evaluate("one => one === document.activeElement")
     assert "K_r1:1.5" in page.evaluate("location.hash")
     assert page.locator(".guide-goal").inner_text().startswith("✓ Done")
-    if width < 760:  # the scene, the slider and its picture are in sight together, and what is said comes after them
-        stage, slider, plot = (page.locator(one).bounding_box() for one in ("#stage", ".guide-control .slider", ".guide-plot"))
-        assert stage["y"] >= 0 and stage["y"] + stage["height"] <= slider["y"] < plot["y"]
+    if (
+        width < 760
+    ):  # the scene, the title, the slider and its picture are in sight together, and what is said comes after them
+        parts = "#stage", "#guide h2", ".guide-control .slider", ".guide-plot"
+        stage, title, slider, plot = (page.locator(one).bounding_box() for one in parts)
+        assert stage["y"] >= 0 and stage["y"] + stage["height"] <= title["y"] < slider["y"] < plot["y"]
         assert plot["y"] + plot["height"] <= 740
     assert page.locator(".guide-trial .guide-text").first.is_visible()
     assert axe(page) == []

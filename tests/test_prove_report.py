@@ -44,7 +44,7 @@ def test_a_report_says_the_answer_and_draws_the_tube(proved):
     assert MARK in text
     assert "<title>Sideways" in text
     assert re.search(
-        r"Proved: from any start within 0.1.mm of the mission's on each axis, the vehicle\s+stays", html.unescape(text)
+        r"Proved: from any start within 0.1.mm of the mission’s on each axis, the vehicle\s+stays", html.unescape(text)
     )
     assert text.count("<figure") == 1
     assert "a box for each block of 25 control periods" in text
@@ -163,7 +163,7 @@ def test_unstable_hover_has_its_cards_and_a_flight_that_leaves_it(tmp_path):
     run = quadstep("prove", Path(__file__).parent.parent / "examples" / "theorem_fails.toml", "--out", tmp_path / "p.json")
     text = re.sub(r"<svg.*?</svg>", "", (tmp_path / "p.html").read_text(encoding="utf-8"), flags=re.S).replace("\u00a0", " ")
     assert run.code == errors.DIVERGED
-    assert '<span class="fails">Hover at the path\'s end, (20, 5, 10) m, is proved unstable.</span>' in html.unescape(text)
+    assert '<span class="fails">Hover at the path’s end, (20, 5, 10) m, is proved unstable.</span>' in html.unescape(text)
     cards = re.findall(r"<dt>([^<]*)</dt><dd>([^<]*)<small>(.*?)</small>", text)
     assert [one[:2] for one in cards] == [
         ("eigenvalues outside the unit circle", "4 of 82"),

@@ -88,7 +88,7 @@ def test_the_report_shows_predictions_simulations_and_estimates(tmp_path, logs):
     assert re.search(
         r"The simulated RMSE is within a factor of two of the real one in \d of 2 flights, and the simulated", said
     )
-    assert "The Kalman filter's position is off by" in said
+    assert "The Kalman filter’s position is off by" in said
     for words in (
         "Bitcraze Crazyflie 2.1 (crazyflie) on 2 flights",
         "position error after 0.5 s",

@@ -53,6 +53,15 @@ def job(name="curve", caption="What to see", lines=None, samples=50, **options):
     return FigureJob(name, caption, t, [Panel("x", "m", {"x": np.sin(t)} if lines is None else lines)], **options)
 
 
+def test_apostrophes_are_typographic_where_people_read_them_and_nothing_else_changes():
+    said = "the law's `it's`'s 'quoted' word, vehicles' masses"
+    body = [markup.paragraph(said), markup.verbatim("echo 'a'"), markup.links([("it's.html", "it's")]), "<text>x's</text>"]
+    text = markup.page_text("A teacher's page", body)
+    assert text.count("A teacher’s page") == 2
+    assert "the law’s <code>it&#x27;s</code>’s ‘quoted’ word, vehicles’ masses" in text
+    assert "echo &#x27;a&#x27;" in text and '<a href="it&#x27;s.html">it’s</a>' in text and "<text>x’s</text>" in text
+
+
 def test_ids_of_two_drawings_on_one_page_never_meet(tmp_path):
     for name in ("one", "two"):
         job(name).draw(tmp_path)

@@ -170,12 +170,13 @@ export class Guide {
     else watch();
   }
 
-  /** To the beginning of what is new, which the scene must not cover where it stays above what scrolls. */
+  /** To the beginning of what is new; to the step's title where the scene stays above what scrolls, and must not cover it. */
   private reveal(begins = this.host, focused = this.host.querySelector<HTMLElement>("h2[tabindex], #guide-start")): void {
     const stage = byId("stage");
     const above = getComputedStyle(stage).position === "sticky";
-    begins.style.scrollMarginTop = above ? `${stage.offsetHeight}px` : "";
-    begins.scrollIntoView({ block: above || begins === this.host ? "start" : "nearest" });
+    const to = above && begins !== this.host ? this.host.querySelector("h2")! : begins;
+    to.style.scrollMarginTop = above ? `${stage.offsetHeight}px` : "";
+    to.scrollIntoView({ block: above || begins === this.host ? "start" : "nearest" });
     focused?.focus({ preventScroll: true });
   }
 

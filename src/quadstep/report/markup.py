@@ -65,6 +65,12 @@ SENTENCE = re.compile(
 )
 """Between sentences: not behind an abbreviation."""
 
+QUOTES = re.compile(
+    r"(?s)<(pre|code|script|style|textarea)\b.*?</\1>|<[^>]*>|(?<=>)(?:'|&#x27;)(?=s\b)"
+    r"|(?<!\w)(?:'|&#x27;)(?P<said>[^'<]*?)(?:'|&#x27;)(?!\w)|(?<=[\w)])(?:'|&#x27;)"
+)
+"""Of a page: what stays as it is, an apostrophe behind a tag, a text in quotes, and any other apostrophe."""
+
 LONG = 30
 """Letters of a word that may be broken on paper, so that its table fits."""
 
@@ -270,8 +276,9 @@ def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "
     head = f'<meta charset="utf-8">{viewport}<title>{escape(title)}</title>{more}'
     formulas = face(FORMULAS) if "<math" in body else ""
     above = f'<div class="top">{LOGO}<span>{escape(f"quadstep · {kind}" if kind else "quadstep")}</span></div>'
-    return (
+    page = (
         f'<!doctype html>\n<html lang="en"><head>{head}<style>{face(TEXT)}{formulas}{style()}{on_paper}</style></head>\n'
         f"<body><header>{above}<h1>{escape(title)}</h1></header>\n{contents}<main>\n{body}\n</main>\n"
         f'<footer class="colophon">{made_by}</footer>{script(body)}</body></html>\n'
     )
+    return QUOTES.sub(lambda one: one[0] if one[0][0] == "<" else "’" if one["said"] is None else f"‘{one['said']}’", page)
