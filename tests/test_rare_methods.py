@@ -258,12 +258,22 @@ def test_nothing_is_said_against_replicates_that_agree():
     ([*REPLICATES, piece(1e-4)], "the largest is 12.5 times the smallest"),
     ([piece(p, crude_failures=3) for p in (1e-5, 1.1e-5, 0.9e-5)], "drawn as in the campaign, 9 of 3,000 failed."),
     ([piece(p) for p in (0.1, 0.11, 0.12)], "Plain Monte Carlo flights disagree: at most 0.18 % of flights fail"),
-    ([*REPLICATES, piece(6e-5, PieceKind.SCORE)], "A second opinion finds more failures: 6e-05 (subset simulation, by s)"),
+    ([*REPLICATES, piece(6e-5, PieceKind.SCORE)], "failures: 6e-05 (subset simulation, by s; one estimate, without interval)"),
     ([piece(1e-5, again={"flights": 50, "failures": 2})] * 5, "Chance decides here: 10 of 250 failed flights failed again"),
 ])  # fmt: skip
 def test_it_warns_of_what_speaks_against_an_estimate(done, said):
     (warning,) = summarise(done).warnings
     assert said in warning
+
+
+def test_second_opinions_of_one_kind_are_one_number_with_the_interval_of_as_many_replicates():
+    some = 0.03, 0.06, 0.09
+    found = summarise([*REPLICATES, *(piece(p, PieceKind.METHOD) for p in some)])
+    alone = summarise([piece(p) for p in some]).probability
+    assert found.opinions == {"subset simulation, by s": alone}
+    assert alone.value == pytest.approx(0.06) and (alone.low < 0.03, alone.high > 0.09) == (True, True)
+    ends = f"95 % interval {alone.low:.3g} to {alone.high:.3g}"
+    assert f"finds more failures: 0.06 (subset simulation, by s; {ends}). The" in found.warnings[0]
 
 
 def test_where_no_failure_is_found_the_interval_is_that_of_the_crude_flights():

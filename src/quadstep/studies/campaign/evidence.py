@@ -12,7 +12,7 @@ from quadstep.report import units
 from quadstep.report.evidence import Evidence, TableSection
 from quadstep.studies.campaign import run
 from quadstep.studies.campaign.planner import is_random
-from quadstep.studies.campaign.report_text import length, outcome_of
+from quadstep.studies.campaign.report_text import ENDING, ending, outcome_of
 from quadstep.studies.campaign.run import FinishedCampaign
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.single_flight import replay_command
@@ -41,9 +41,6 @@ def nothing_shown(file: Path, option: str, grid: bool) -> UserError:
     )
 
 
-WORST = ("flight", "outcome", "ended [s]", "RMSE", "largest error")
-
-
 def evidence(
     done: FinishedCampaign, file: Path, engine: Engine, least: float | None, decided: run.DecidedRun | None = None
 ) -> Evidence:
@@ -64,16 +61,7 @@ def evidence(
         "set_up_each[s]": max(done.campaign.singly.values(), default=None),
         **({"until": run.decided_as_json(decided)} if decided else {}),
     }
-    rows = [
-        (
-            str(one.flight),
-            outcome_of(one, summary),
-            "–" if one.time is None else f"{one.time:.4g}",
-            length(one.rmse),
-            length(one.largest),
-        )
-        for one in summary.worst
-    ]
+    rows = [(str(one.flight), *ending(one, outcome_of(one, summary))) for one in summary.worst]
     found = sentences(summary)
     if summary.by and least is not None:
         did = "succeeded" if summary.limited else "reached the end"
@@ -85,7 +73,7 @@ def evidence(
         answer=found[0],
         sentences=[found[0], *(run.following(decided, file) if decided else ()), *found[1:]],
         record=record,
-        sections=[TableSection(header=WORST, rows=rows, shown="The worst flights")],
+        sections=[TableSection(header=("flight", *ENDING), rows=rows, shown="The worst flights")],
         cases=(Case("flown"), *([until_case(decided)] if decided else [])),
         grade=summary.rest,
         told=summary.rest.get("grade") == SOUND,

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from html import escape
+from itertools import starmap
 from pathlib import Path
 
 import numpy as np
@@ -171,12 +172,9 @@ def worst(
     """
     flights = [*told]
     names = list(dict.fromkeys(name for one in values for name in one))
-    ended = ["ended [s]", *("–" if one.time is None else f"{one.time:.4g}" for one in flights)]
+    endings = zip([*ENDING[:2], *(f"{error}{since}" for error in ENDING[2:])], *starmap(ending, told.items()), strict=True)
     rows = [
-        ["outcome", *told.values()],
-        *([ended] if any(one.time is not None for one in flights) else []),
-        [f"RMSE{since}", *(length(one.rmse) for one in flights)],
-        [f"largest error{since}", *(length(one.largest) for one in flights)],
+        *(row for row in endings if {*row[1:]} != {"–"}),
         *([name, *(text_of(drawn[name], DIGITS) if name in drawn else "–" for drawn in values)] for name in names),
     ]
     first = "Lost flights, the earliest first; then those above a limit, then the rest, each by their largest error."
@@ -187,6 +185,14 @@ def worst(
         markup.verbatim(replay_command(path, flights[0].flight, folder)),
         TableSection(text="Replayed in f64 (circle: start; cross: end). Plots are cropped around the desired path."),
     ]
+
+
+ENDING = ("outcome", "ended [s]", "RMSE", "largest error")
+
+
+def ending(one: WorstFlight, outcome: str) -> tuple[str, ...]:
+    """How a flight ended, and how far from its path it was, as `ENDING` has it."""
+    return outcome, "–" if one.time is None else f"{one.time:.4g}", length(one.rmse), length(one.largest)
 
 
 def length(value: float | None) -> str:

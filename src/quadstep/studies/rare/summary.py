@@ -68,7 +68,8 @@ class RareSummary(NamedTuple):
     """probability: of failure, with its 95 % interval. replicates: those of each. flights: all that were flown.
 
     one_by_one: crude flights whose interval would be as wide. kinds: the probability of each kind of failure; by_choice: of
-    flights with each value of a choice. nearest: the most likely failure of each kind that was found, the likeliest first.
+    flights with each value of a choice. opinions: by method and score; a single one has no interval.
+    nearest: the most likely failure of each kind that was found, the likeliest first.
     """
 
     probability: Estimate
@@ -77,7 +78,7 @@ class RareSummary(NamedTuple):
     one_by_one: float | None
     kinds: Mapping[str, float]
     crude: Crude
-    opinions: dict[str, float]
+    opinions: Mapping[str, Estimate]
     nearest: tuple[Nearest, ...]
     again: RepeatedFailures
     warnings: tuple[str, ...]
@@ -97,7 +98,13 @@ def summarise(done: Sequence[FinishedPiece]) -> RareSummary:
     kinds = dict[str, float]()
     for event in (event for one in own for event in one.events):
         kinds[event.failure] = kinds.get(event.failure, 0.0) + event.probability / len(own)
-    opinions = {f"{one.method.words}, {one.score}": one.probability for one in done if one not in own}
+    others = dict[str, list[float]]()
+    for one in (one for one in done if one not in own):
+        others.setdefault(f"{one.method.words}, {one.score}", []).append(one.probability)
+    opinions = {
+        what: interval(np.array(some), crude) if some[1:] else Estimate(some[0], math.nan, math.nan)
+        for what, some in others.items()
+    }
     near = sorted((event.nearest for one in done for event in one.events if event.nearest), key=lambda one: -one.deviations)
     nearest = tuple({one.failure: one for one in near if one.failure in kinds}.values())[::-1]
     again = [one.again for one in own if one.again]
@@ -168,11 +175,12 @@ def warnings(summary: RareSummary) -> list[str]:
         )
     if summary.crude.rate.low > summary.probability.high or summary.crude.rate.high < summary.probability.low:
         said.append(f"Plain Monte Carlo flights disagree: {summary.crude.sentence}.")
-    what, probability = max(summary.opinions.items(), key=lambda one: one[1], default=("", 0.0))
-    if probability > (max(MORE * summary.probability.value, summary.probability.high) if none < len(own) else 0.0):
+    what, second = max(summary.opinions.items(), key=lambda one: one[1].value, default=("", Estimate(0.0, 0.0, 0.0)))
+    if second.value > (max(MORE * summary.probability.value, summary.probability.high) if none < len(own) else 0.0):
+        sure = f"95 % interval {second.low:.3g} to {second.high:.3g}" if second.bounded else "one estimate, without interval"
         said.append(
-            f"A second opinion finds more failures: {probability:.3g} ({what}). The estimate may have missed a failure "
-            "mode; name the metrics that predict it (rare.score)."
+            f"A second opinion finds more failures: {second.value:.3g} ({what}; {sure}). The estimate may have missed a "
+            "failure mode; name the metrics that predict it (rare.score)."
         )
     again = summary.again
     if again.failures < FEW_AGAIN * again.flights:
@@ -192,7 +200,7 @@ def as_json(summary: RareSummary) -> dict[str, object]:
         "flights": summary.flights,
         "flights_one_by_one": summary.one_by_one,
         "crude": {**summary.crude._asdict(), "kinds": dict(summary.crude.kinds), "rate": summary.crude.rate._asdict()},
-        "opinions": summary.opinions,
+        "opinions": {what: one.as_json() for what, one in summary.opinions.items()},
         "nearest_failures": [one.model_dump() for one in summary.nearest],
         "fail_again_with_other_noise": summary.again.failures / summary.again.flights if summary.again.flights else None,
         "warnings": list(summary.warnings),
