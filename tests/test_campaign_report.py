@@ -33,7 +33,7 @@ from quadstep.studies.campaign.sensitivity import ExplainedResult, Interaction, 
 from quadstep.studies.campaign.single_flight import replay_of
 from quadstep.studies.campaign.splits import in_common
 from quadstep.studies.campaign.store import opened
-from quadstep.studies.campaign.summary import CampaignSummary, WorstFlight, answer, sentences, summarise, tallied
+from quadstep.studies.campaign.summary import RESULTS, CampaignSummary, WorstFlight, answer, sentences, summarise, tallied
 from quadstep.studies.campaign.varied import Bins, VariedKey, variation_text, varied_keys
 from tests.campaigns import MASS, NOISY, campaign, leftovers, manifest, rows, varying, written
 from tests.flights import METRICS
@@ -57,7 +57,8 @@ def told_by(folder):
 
 
 def written_by(store, read, path):
-    report.write_report(store, read, summarise(store, read.varies), path, varied_keys(store, read.file))
+    flown = store.read(RESULTS)
+    report.write_report(store, read, summarise(store, flown, read.varies), flown, path, varied_keys(store, read.file))
 
 
 def reported(folder, vary, flights, outcome=None, metrics=None, head=""):
@@ -613,11 +614,11 @@ def test_no_number_mixes_the_flights_with_the_values_of_a_choice_that_decides(tm
 
     said = {"Nets decide.": ("controller.nets.enabled",)}
 
-    def summarised(store, varies, plain=summarise):
+    def summarised(store, _, varies, plain=summarise):
         flown = store.read()
         on = flown["controller.nets.enabled"].to_numpy()
         parts = {which: tallied(flown.filter(some), 0.025) for which, some in (("nets on", on), ("nets off", ~on))}
-        return plain(store, varies)._replace(by="Nets decide.", findings=said, parts=parts)
+        return plain(store, flown, varies)._replace(by="Nets decide.", findings=said, parts=parts)
 
     monkeypatch.setitem(globals(), "summarise", summarised)
     text, cells = reported(tmp_path, '"controller.nets.enabled" = {type="choice", values=[true, false]}\n', 2000, lost, made)
@@ -637,7 +638,7 @@ def test_no_number_mixes_the_flights_with_the_values_of_a_choice_that_decides(tm
     assert all(re.search(", nets (on|off)$", row) for row in paper)
     assert "lost: off-path, nets off" in paper and "lost: off-path, nets on" not in paper
     with opened(tmp_path / "out", read_campaign(tmp_path / "in" / "camp.toml"), 2000, "lanes", resume=True) as store:
-        lines = " ".join(sentences(summarised(store, True)))
+        lines = " ".join(sentences(summarised(store, None, True)))
     assert f"Ended early with nets off: {gone} off-path." in lines and "Ended early with nets on" not in lines
     assert f"Position RMSE of the {(~off).sum():,} completed flights with nets on: 50 % below 100 mm" in lines
     assert re.search(r"percentile of position RMSE, nets off 400 mm 95 % interval: [^;]*; of completed flights only", plain)

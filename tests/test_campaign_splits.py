@@ -3,14 +3,17 @@
 import re
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from scipy.stats import hypergeom
 
 from quadstep.report import units
+from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS
 from quadstep.studies.campaign.report_text import of_key
 from quadstep.studies.campaign.sensitivity import FlightParts, parts_of
-from quadstep.studies.campaign.splits import findings, splits, unlikely
+from quadstep.studies.campaign.splits import failures_go_with, findings, splits, unlikely
 from quadstep.studies.campaign.varied import VariedKey
+from tests.campaigns import campaign
 
 UNITS = {"vehicle.mass": "kg", "wind.mean.0": "m/s", "controller.nets.enabled": ""}
 PART = r"(?:: |, | to )(?:from )?([\d.]+ %) (.*?) \(([\d,]+) flights\)"
@@ -210,3 +213,15 @@ def test_another_key_is_told_beside_the_first_within_a_value_of_a_choice():
     good = units.percent(1.0 - failed.sum() / (nets == 1).sum())
     on, off = (nets == 0).sum(), (nets == 1).sum()
     assert by == f"100 % of {on:,} flights succeeded with nets on, {good} of {off:,} with nets off."
+
+
+@pytest.mark.parametrize(
+    ("head", "did"), [("[failure]\nposition_rmse = 0.1", "flights succeeded with"), ("", "flights reached the end with")]
+)
+def test_without_limits_the_flights_with_the_best_choice_reach_the_end(tmp_path, head, did):
+    key, places = "controller.nets.enabled", np.arange(200) % 2
+    read = campaign(tmp_path, f'"{key}" = {{type="choice", values=[true, false]}}', head=head)
+    ended = pa.DictionaryArray.from_arrays(pa.array(places, pa.int8()), OUTCOMES)
+    flown = pa.table({OUTCOME: ended, SUCCESS: pa.array(places == 0)})
+    by, _ = failures_go_with(flown, read, {key: VariedKey(places, ("on", "off"), FlightParts(places, 2, False))})
+    assert did in by.replace("\N{NO-BREAK SPACE}", " ")

@@ -21,7 +21,7 @@ from quadstep.report.publish import MANIFEST, files_to_replace, write_json, writ
 from quadstep.studies.campaign.flyer import Flyer
 from quadstep.studies.campaign.schema import read_campaign
 from quadstep.studies.campaign.store import opened, parquet
-from quadstep.studies.campaign.summary import sentences, summarise
+from quadstep.studies.campaign.summary import RESULTS, sentences, summarise
 from quadstep.studies.campaign.varied import varied
 from tests.fuzz.inputs import LINE, WARM, WEIGHTS, begun
 from tests.fuzz.mutate import as_json, mutated, scrambled
@@ -164,6 +164,6 @@ class Campaigned(Stored):
         with opened(folder / "out", self.campaign, 40, "lanes", resume=True) as store:
             if store.missing:
                 return
-            assert all(line.isprintable() for line in sentences(summarise(store)))
+            assert all(line.isprintable() for line in sentences(summarise(store, store.read(RESULTS))))
             for key in self.campaign.file.keys:
                 varied(store.read([key])[key], self.campaign.file.vary.get(key))

@@ -11,7 +11,7 @@ from quadstep.metrics.statistics import share
 from quadstep.mission.fields import words
 from quadstep.report import units
 from quadstep.report.markup import Fact
-from quadstep.studies.campaign.summary import as_commanded, as_sentence
+from quadstep.studies.campaign.summary import DID, as_commanded, as_sentence
 from quadstep.studies.envelope_cells import FLYABLE, Cells, needed, too_few
 from quadstep.studies.envelope_map import by_success, coloured
 from quadstep.studies.envelope_request import NOISY_FLIGHTS, MapAxis, Request
@@ -44,7 +44,7 @@ def answer(envelope: Envelope) -> str:
     several, limited = asked.flights > 1, bool(asked.campaign.file.failure)
     over = f"combinations of {words(asked.x.key)} and {words(asked.y.key)}"
     names = [f" with {one.name}" if one.name else "" for one in envelope.panels]
-    did, do, can = ("succeeded", "succeed", "can be flown") if limited else ("reached the end", *["reach the end"] * 2)
+    did, (do, can) = DID[limited], ("succeed", "can be flown") if limited else ["reach the end"] * 2
     if asked.cells == 1:
         said = f"With {asked.x.in_words(asked.x.values[0])} and {asked.y.in_words(asked.y.values[0])}{names[0]}, "
         said += f"{int(envelope.cells.successes.sum()):,} of {asked.flights:,} flights {did}"

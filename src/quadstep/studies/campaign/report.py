@@ -21,7 +21,7 @@ from quadstep.report.panels import seen_moments, track_of
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign import key_text
 from quadstep.studies.campaign import report_text as text
-from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS, TIME
+from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS
 from quadstep.studies.campaign.pictures import (
     SCREEN,
     PlottedKey,
@@ -43,7 +43,7 @@ from quadstep.studies.campaign.sensitivity import (
 from quadstep.studies.campaign.single import MOST_POINTS, FlownAgain, draw_points, flown_again, lacking, others, write_flights
 from quadstep.studies.campaign.splits import few_values, values_of
 from quadstep.studies.campaign.store import Store
-from quadstep.studies.campaign.summary import CampaignSummary, answer
+from quadstep.studies.campaign.summary import RESULTS, CampaignSummary, answer
 from quadstep.studies.campaign.varied import VariedKey, bins
 from quadstep.studies.flight_report import errors_since
 
@@ -76,9 +76,12 @@ Columns = Mapping[str, VariedKey]
 
 
 class ReportSubject(NamedTuple):
-    """What a report is of. path: of the campaign file. out: for its figures. columns: its keys. again: flights shown."""
+    """What a report is of. flown: the `RESULTS` of the flights. path: of the campaign file. out: for its figures. columns: its
+    keys. again: flights shown.
+    """
 
     store: Store
+    flown: pa.Table
     campaign: Campaign
     summary: CampaignSummary
     path: Path
@@ -91,15 +94,20 @@ class ReportSubject(NamedTuple):
     def folder(self) -> Path:
         return self.out / FIGURES
 
+    @property
+    def through(self) -> NDArray[np.bool_]:
+        """Which flights completed."""
+        return completed(self.flown)
+
 
 def write_report(
-    store: Store, campaign: Campaign, summary: CampaignSummary, path: Path, columns: Columns, sheet: Sheet = SCREEN
-) -> CampaignSummary:
+    store: Store, campaign: Campaign, summary: CampaignSummary, flown: pa.Table, path: Path, columns: Columns,
+    sheet: Sheet = SCREEN,
+) -> CampaignSummary:  # fmt: skip
     """Write report.html, its figures and the table; the summary with what the flights shown lack, where no limits judge them.
-    path, columns: as in `ReportSubject`. Raises UserError.
+    flown, path, columns: as in `ReportSubject`. Raises UserError.
     """
-    flown, worst = store.read([OUTCOME, RMSE]), [one.flight for one in summary.worst]
-    through = over_as(flown, OUTCOMES[0])
+    through, worst = completed(flown), [one.flight for one in summary.worst]
     seen = [*worst, *([] if summary.copies else others(np.where(through, number(flown[RMSE]), np.nan), worst))]
     again = dict(zip(seen, flown_again(campaign, seen), strict=True))
     if not summary.limited:
@@ -108,7 +116,7 @@ def write_report(
         summary = summary._replace(lacking=dict.fromkeys(range(summary.flights), *known) if known else found)
 
     def write(out: Path) -> None:
-        evidence(ReportSubject(store, campaign, summary, path, out, sheet.with_svg(), columns, again)).write_report(out)
+        evidence(ReportSubject(store, flown, campaign, summary, path, out, sheet.with_svg(), columns, again)).write_report(out)
 
     store.report(write)
     return summary
@@ -116,8 +124,7 @@ def write_report(
 
 def evidence(of: ReportSubject) -> Evidence:
     """What the report says; draws its figures."""
-    flown, summary, name = of.store.read([OUTCOME, TIME, RMSE, LARGEST, SUCCESS]), of.summary, of.campaign.file.name
-    through = over_as(flown, OUTCOMES[0])
+    flown, through, summary, name = of.flown, of.through, of.summary, of.campaign.file.name
     rmse = np.where(through, number(flown[RMSE]), np.nan)
     success = flown[SUCCESS].to_numpy()
     mission, keys = of.campaign.mission, of.campaign.file.keys
@@ -127,14 +134,14 @@ def evidence(of: ReportSubject) -> Evidence:
     metric = PlottedMetric(judged, np.where(through, number(of.store.read([judged])[judged]), np.nan), limits.get(judged))
     first, more = key_sections(of, rmse, success, metric)
     told = [one for which, part in summary.each.items() for one in text.facts(part, which, errors_since(mission))]
-    ends = distribution_section(of, flown)
+    ends = distribution_section(of)
     errors = [figure("distributions", text.errors_seen(summary))] if (of.folder / "distributions.svg").is_file() else []
     sections = [
         *ends,
         *([TableSection(text=begun)] if begun else []),
         *(errors if first else []),
         *more,
-        *worst_section(of, flown),
+        *worst_section(of),
         *text.opening(of.store, of.campaign, summary, of.path),
         *([TableSection("How to read this", "reading", text=text.INTERVALS)] if summary.statistical else []),
     ]
@@ -164,14 +171,14 @@ def number(column: pa.ChunkedArray) -> NDArray[np.float64]:
     return np.where(np.isfinite(values), values, np.nan)
 
 
-def distribution_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
+def distribution_section(of: ReportSubject) -> list[Section]:
     """How the flights ended, and how far from the path they were; drawn only where no choice decides."""
     rows = {which: text.outcomes(part) for which, part in of.summary.each.items()}
     body: list[Section] = [text.by_choice("How the flights ended", "outcomes", ("outcome", "flights", "share [%]"), rows)]
-    limits, through = limits_of(of.campaign), over_as(flown, OUTCOMES[0])
+    limits, through = limits_of(of.campaign), of.through
     metrics = []
     for name in dict.fromkeys((RMSE, LARGEST, *limits)):
-        column = flown[name] if name in flown.column_names else of.store.read([name])[name]
+        column = of.flown[name] if name in RESULTS else of.store.read([name])[name]
         values = number(column)[through]
         metrics.append(PlottedMetric(name, values[np.isfinite(values)], limits.get(name)))
     metrics = [metric for metric in metrics if len(metric.values)]
@@ -201,9 +208,9 @@ def from_the_start(
     return text.from_the_start(largest[through], offsets[through], "score_from" in type(mission).model_fields)
 
 
-def over_as(flown: pa.Table, name: str) -> NDArray[np.bool_]:
+def completed(flown: pa.Table) -> NDArray[np.bool_]:
     column = flown[OUTCOME].combine_chunks()
-    return np.asarray(column.indices) == column.dictionary.to_pylist().index(name)
+    return np.asarray(column.indices) == column.dictionary.to_pylist().index(OUTCOMES[0])
 
 
 def limits_of(campaign: Campaign) -> dict[str, float]:
@@ -293,13 +300,12 @@ def explained(result: ExplainedResult, parts: Mapping[str, FlightParts], campaig
     return RankedKeys(shares, None if campaign.file.correlated else strongest_interaction(result, most))
 
 
-def worst_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
+def worst_section(of: ReportSubject) -> list[Section]:
     """Flights that can be seen to move; the worst: what was drawn, how to fly each again, and its picture, flown again."""
     summary, again, worst = of.summary, of.again, [one.flight for one in of.summary.worst]
-    through = over_as(flown, OUTCOMES[0])
     shown = {one: "the worst flights" if one in worst else f"the completed flights {SPREAD}" for one in again}
     links = write_flights(of.out, of.campaign, again, why={one: f"One of {which}." for one, which in shown.items()})
-    body = moving(of, flown, ~through, links) if links else []
+    body = moving(of, links) if links else []
     values = [
         {label(found.mission, key): value for key, value in found.values.items()} if (found := again[one].replay) else {}
         for one in worst
@@ -324,10 +330,10 @@ def worst_section(of: ReportSubject, flown: pa.Table) -> list[Section]:
     return [*body, *pictures]
 
 
-def moving(of: ReportSubject, flown: pa.Table, lost: NDArray[np.bool_], links: Mapping[int, str]) -> list[Section]:
+def moving(of: ReportSubject, links: Mapping[int, str]) -> list[Section]:
     """The flights as points, some of which are links to the page where they move."""
-    limits = limits_of(of.campaign)
-    across, up = (PlottedMetric(name, number(flown[name]), limits.get(name)) for name in (RMSE, LARGEST))
+    limits, lost = limits_of(of.campaign), ~of.through
+    across, up = (PlottedMetric(name, number(of.flown[name]), limits.get(name)) for name in (RMSE, LARGEST))
     body: list[Section] = [TableSection("Flights to watch", "flights")]
     more = f", and completed ones {SPREAD}" if len(links) > len(of.summary.worst) else ""
     said = f"See them move: the worst flights{more}."

@@ -16,7 +16,6 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from quadstep.engines.engine import CAMPAIGNS, Engine, loaded
-from quadstep.engines.scored import LARGEST, RMSE
 from quadstep.io.errors import UserError, number_in
 from quadstep.io.run_record import read_manifest
 from quadstep.metrics.statistics import LEVEL, TAIL, Estimate, exact_share, incomplete_beta
@@ -26,13 +25,13 @@ from quadstep.report.progress import SILENT, Count, Progress
 from quadstep.report.screen import command
 from quadstep.report.sheet import Sheet
 from quadstep.studies.campaign import MOST_FLIGHTS
-from quadstep.studies.campaign.flyer import OUTCOME, SUCCESS, Fly
+from quadstep.studies.campaign.flyer import SUCCESS, Fly
 from quadstep.studies.campaign.manifest import MANIFEST, CampaignManifest
 from quadstep.studies.campaign.planner import is_random
 from quadstep.studies.campaign.schema import Campaign, read_campaign
 from quadstep.studies.campaign.splits import failures_go_with, values_of
 from quadstep.studies.campaign.store import Store, opened
-from quadstep.studies.campaign.summary import CampaignSummary, as_json, summarise, tallied
+from quadstep.studies.campaign.summary import RESULTS, CampaignSummary, as_json, summarise, tallied
 from quadstep.studies.campaign.varied import varied_keys
 
 
@@ -84,17 +83,17 @@ def finish(
     from quadstep.studies.campaign.report import write_report  # noqa: PLC0415 (figures are drawn only here)
 
     grading, grid = request.grading(campaign.mission), campaign.file.combinations
-    summary = summarise(store, campaign.varies, grading, campaign.singly, grid, is_random(campaign), tail)
+    flown = store.read(RESULTS)
+    summary = summarise(store, flown, campaign.varies, grading, campaign.singly, grid, is_random(campaign), tail)
     limited, columns = bool(campaign.file.failure), varied_keys(store, campaign.file)
-    by, found = failures_go_with(store, campaign, columns) if summary.statistical else ("", {})
+    by, found = failures_go_with(flown, campaign, columns) if summary.statistical else ("", {})
     if by:
-        flown = store.read([OUTCOME, RMSE, LARGEST, SUCCESS])
         apart = values_of(next(iter(found.values()))[0], columns, flown.num_rows)
         summary = summary._replace(
             parts={at: tallied(flown.filter(pa.array(one)), tail, limited) for at, one in apart.items()}
         )
     summary = summary._replace(meaning=campaign.meaning, decision=decision, findings=found, by=by, limited=limited)
-    summary = write_report(store, campaign, summary, request.path, columns, request.sheet)
+    summary = write_report(store, campaign, summary, flown, request.path, columns, request.sheet)
     store.save(complete=True, summary=as_json(summary))
     return FinishedCampaign(campaign, summary, store.folder)
 

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
@@ -20,10 +21,13 @@ from quadstep.mission.fields import unit, words
 from quadstep.report import units
 from quadstep.studies.campaign.flyer import OUTCOME, OUTCOMES, SUCCESS
 from quadstep.studies.campaign.schema import Campaign
-from quadstep.studies.campaign.store import Store
+from quadstep.studies.campaign.summary import DID
 from quadstep.studies.campaign.varied import OFF, ON, VariedKey
 
 Flights = NDArray[np.bool_]
+Band = tuple[int, int, str]
+"""Failures and flights of a range or a value, and what it is called."""
+
 Findings = dict[str, tuple[str, ...]]
 """Sentences, each with the keys that it names; the first is the one that it is of."""
 
@@ -69,7 +73,7 @@ class Split(NamedTuple):
     """
 
     key: str
-    bands: list[tuple[int, int, str]]
+    bands: list[Band]
     score: float
     within: tuple[str, ...] = ()
     choice: bool = False
@@ -93,49 +97,51 @@ class Split(NamedTuple):
         shares = [hit / size for hit, size, _ in self.bands]
         return max(shares) < min(1.5 * min(shares), 0.1 + min(shares))
 
-    def successes(self, failed: Flights, values: Sequence[str], places: NDArray[np.float64], inner: Sequence["Split"]) -> str:
-        """Of each value of a choice the share of flights that succeed, and where the best one's is lower than another's, with
-        doubt unless no range tried would show it by chance; nothing where there are many values. places: of each flight's
-        value; inner: within these.
+    def successes(self, did: str, failed: Flights, lost: Flights, one: VariedKey, inner: Sequence["Split"]) -> str:
+        """Of each value of a choice the share of flights that succeed; where the best one's is lower than another's, with
+        doubt unless no range tried would show it by chance; and that more are lost with it, where that is no chance. Nothing
+        where there are many values. did: as in `DID`. one: the choice; inner: within its values.
         """
         if not self.choice or len(self.bands) > BANDS:
             return ""
+        parts = {f"with {text}": where for text, where in flights_with(self.key, one).items()}
+        best = [text for *_, text in sorted(self.bands, key=lambda band: band[0] / band[1])]
 
-        def rates(found: Sequence[tuple[int, int, str]]) -> str:
-            return ", ".join(f"{units.percent(1.0 - hit / size)} of {size:,} {text}" for hit, size, text in found)
+        def compared(bad: Flights, where: Flights | bool = True) -> tuple[list[Band], float, Band]:
+            """The flights there with each value, the best one first; how unlikely it is by chance that with another fewer are
+            bad, 0 where none is; and the one where it is least likely.
+            """
+            each = [(int((bad & some).sum()), int(some.sum()), text) for text in best if (some := parts[text] & where).any()]
+            (hit, size, _), *others = each
+            odds = [(hit * of > less * size) * unlikely(hit, size, hit + less, size + of) for less, of, _ in others]
+            return each, *max(zip(odds, others, strict=True), default=(0.0, each[0]))
 
-        best = sorted(self.bands, key=lambda one: one[0] / one[1])
-        said = rates(best).replace(" with", " flights succeeded with", 1)
-        worst = [one.worst for one in inner if one.worst and f"with {with_option(*one.within)}" == best[0][2]]
+        def rates(found: Sequence[Band], did: str = "") -> str:
+            each = [(f"{units.percent(1.0 - hit / size)} of {size:,}", text) for hit, size, text in found]
+            return ", ".join(f"{rate}{did * (not i)} {text}" for i, (rate, text) in enumerate(each))
+
+        said = f"{rates(compared(failed)[0], f' flights {did}')}."
+        worst = [part.worst for part in inner if part.worst and f"with {with_option(*part.within)}" == best[0]]
         for where, range_text, needed in worst:
-            parts = {f"with {with_option(self.key, value)}": where & (places == i) for i, value in enumerate(values)}
-            there = [(int((failed & parts[text]).sum()), size, text) for *_, text in best if (size := int(parts[text].sum()))]
-            (hit, size, _), (least, of, _) = there[0], min(there, key=lambda one: one[0] / one[1])
-            if hit * of > least * size:
-                sure = unlikely(hit, size, hit + least, size + of) > needed + math.log(len(values))
+            there, odds, _ = compared(failed, where)
+            if odds:
+                sure = odds > needed + math.log(len(parts))
                 doubt = "" if sure else ": too few flights to tell which is better there"
-                return f"{said}. {'But where' if sure else 'Where'} {range_text}, the rates are {rates(there)}{doubt}."
-        return f"{said}."
-
-    def losses(self, lost: Flights, values: Sequence[str], places: NDArray[np.float64]) -> str:
-        """That more flights are lost with the best value of a choice than with another, where that is no chance."""
-        place = {f"with {with_option(self.key, value)}": i for i, value in enumerate(values)}
-        best, *others = sorted(self.bands, key=lambda one: one[0] / one[1])
-        hit, size = int((lost & (places == place[best[2]])).sum()), best[1]
-        for _, of, text in others:
-            least = int((lost & (places == place[text])).sum())
-            if hit * of > least * size and unlikely(hit, size, hit + least, size + of) > math.log(20.0 * len(values)):
-                return f" But more flights are lost {best[2]} ({hit:,} of {size:,}) than {text} ({least:,} of {of:,})."
-        return ""
+                said += f" {'But where' if sure else 'Where'} {range_text}, the rates are {rates(there)}{doubt}."
+                break
+        ((hit, size, text), *_), odds, (fewer, of, other) = compared(lost)
+        if odds > math.log(20.0 * len(parts)):
+            said += f" But more flights are lost {text} ({hit:,} of {size:,}) than {other} ({fewer:,} of {of:,})."
+        return said
 
 
-def failures_go_with(store: Store, campaign: Campaign, columns: Mapping[str, VariedKey]) -> tuple[str, Findings]:
+def failures_go_with(flown: pa.Table, campaign: Campaign, columns: Mapping[str, VariedKey]) -> tuple[str, Findings]:
     """`findings` of a campaign's flights."""
-    flown = store.read([OUTCOME, SUCCESS])
     failed, early = ~flown[SUCCESS].to_numpy(), pc.not_equal(flown[OUTCOME].cast("string"), OUTCOMES[0]).to_numpy()
     kinds = {"flights above a limit": failed & ~early, "lost flights": early}
     nominal = {key: value_at(campaign.mission, key) for key in columns}
-    return findings(failed, kinds, columns, {key: unit(campaign.mission, key) for key in columns}, nominal)
+    unit_of, did = {key: unit(campaign.mission, key) for key in columns}, DID[bool(campaign.file.failure)]
+    return findings(failed, kinds, columns, unit_of, nominal, did)
 
 
 def value_at(section: object, key: str) -> float:
@@ -149,17 +155,17 @@ def value_at(section: object, key: str) -> float:
 
 def findings(
     failed: Flights, kinds: Mapping[str, Flights], columns: Mapping[str, VariedKey], unit_of: Mapping[str, str],
-    nominal: Mapping[str, float] = {},
+    nominal: Mapping[str, float] = {}, did: str = DID[True],
 ) -> tuple[str, Findings]:  # fmt: skip
     """What failures go with, in sentences, and `successes` by the choice that explains most, if one does, which the first is
-    of. kinds, unit_of: as `in_common` has them; nominal: values of keys in the mission.
+    of. kinds, unit_of: as `in_common` has them; nominal: values of keys in the mission; did: as in `DID`.
     """
     found, shared_by = splits(failed, columns, unit_of, nominal), in_common(kinds, columns, unit_of)
     said = {one.sentence: (one.key, *one.within[:1]) for one in found if one.choice or not one.faint}
     one, by = columns[found[0].key] if found else None, ""
     if one and one.options:
-        by = found[0].successes(failed, one.options, one.values, [other for other in found if other.within])
-        by += found[0].losses(kinds["lost flights"], one.options, one.values) if by and "lost flights" in kinds else ""
+        lost = kinds.get("lost flights", np.zeros_like(failed))
+        by = found[0].successes(did, failed, lost, one, [other for other in found if other.within])
     told = {one.key for one in found if one.within}
     return by, said | {text: (part.key,) for text, part in shared_by.items() if part.key not in told}
 
@@ -302,7 +308,10 @@ def values_of(key: str | None, columns: Mapping[str, VariedKey], flights: int) -
     """The flights with each value of a choice; all without one."""
     if key is None:
         return {"": np.ones(flights, bool)}
-    one = columns[key]
+    return flights_with(key, columns[key])
+
+
+def flights_with(key: str, one: VariedKey) -> dict[str, Flights]:
     return {with_option(key, text): one.values == place for place, text in enumerate(one.options or ())}
 
 

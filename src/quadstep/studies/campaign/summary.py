@@ -35,6 +35,12 @@ POINTS = "Its {:,} flights are {} of a grid, without noise, so there are no stat
 ROUNDS = "Its {:,} flights do not cover its grid of {:,} points evenly, so there are no statistics."
 """Of a campaign that flies some points of its grid more often than others."""
 
+DID = {True: "succeeded", False: "reached the end"}
+"""What flights that succeed did, by whether limits of the user's judge them."""
+
+RESULTS = (FLIGHT, OUTCOME, TIME, RMSE, LARGEST, SUCCESS)
+"""Columns of the flights that a summary and its report are of."""
+
 SINGLE = "It is a single flight, which gives no success rate."
 
 
@@ -108,15 +114,15 @@ class CampaignSummary(NamedTuple):
 
 
 def summarise(
-    store: Store, varied: bool = False, rest: Mapping[str, str] = MappingProxyType({}), singly: Iterable[str] = (),
-    grid: int = 1, random: bool = True, tail: float = TAIL,
+    store: Store, flown: pa.Table, varied: bool = False, rest: Mapping[str, str] = MappingProxyType({}),
+    singly: Iterable[str] = (), grid: int = 1, random: bool = True, tail: float = TAIL,
 ) -> CampaignSummary:  # fmt: skip
-    """The summary of all finished flights. varied: whether any key varies: those lost at once may then end alike by chance.
-    rest, singly, tail: as in `CampaignSummary`. grid: its points, 1 without one. random: whether anything is drawn at random.
+    """The summary of all finished flights. flown: their `RESULTS`. varied: whether any key varies: those lost at once may then
+    end alike by chance. rest, singly, tail: as in `CampaignSummary`. grid: its points, 1 without one. random: whether anything
+    is drawn at random.
 
     Raises UserError for files that cannot be read.
     """
-    flown = store.read([FLIGHT, OUTCOME, TIME, RMSE, LARGEST, SUCCESS])
     count = flown.num_rows
     scored = not varied or flown[RMSE].null_count == 0
     copies = scored and alike(flown) and alike(store.read(store.manifest["metrics"]))
@@ -202,9 +208,9 @@ def as_commanded(lacking: Mapping[int, tuple[str, ...]], reach: int, flights: in
 def answer(summary: CampaignSummary) -> str:
     """How many succeed, by what they are judged and, without limits, how many reach the end and how many do as commanded."""
     flights, share, sure = summary.flights, summary.success.value, ""
-    did = "succeeded" if summary.limited else "reached the end"
+    did = DID[summary.limited]
     if summary.by:
-        said = summary.by[:-1].replace("succeeded", did, 1)
+        said = summary.by[:-1]
     elif flights == 1:
         said = f"The only flight {did if share else 'failed'}"
     else:
