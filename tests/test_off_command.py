@@ -9,6 +9,7 @@ from quadstep.engines.fly import fly
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import FlightLog
 from quadstep.metrics.off_command import off_command
+from quadstep.metrics.quantities import LoggedFlight
 from quadstep.mission.read import read_mission
 from quadstep.page.build import fly_missions
 from quadstep.report.panels import left_path
@@ -147,12 +148,12 @@ def test_an_error_is_said_as_a_share_of_the_size_of_a_path_that_moves(turns, sin
     columns = {"t": "s", "x": "m", "y": "m", "x_d": "m", "y_d": "m"}
     log = FlightLog(columns, np.concatenate([circle, circle[1:]]).T, Outcome.COMPLETED, 10.0, None)
     metrics = {"position_rmse[m]": share * 6.94, "relative_error": share}
-    found = of_size(log, metrics, since).replace("\u00a0", " ")
+    found = of_size(LoggedFlight(log, since), metrics).replace("\u00a0", " ")
     said = answer(log, {**metrics, "outcome": "completed"}, size=found).replace("\u00a0", " ")
     if turns > since:
         assert found == "The path's size, 6.94 m, is the RMSE of a vehicle that never leaves its start. "
         wide = log._replace(rows=log.rows * np.array([1.0, 10.0, 10.0, 10.0, 10.0]))
-        assert of_size(wide, metrics, since).endswith("start (distances above 30 m count as 30 m). ")
+        assert of_size(LoggedFlight(wide, since), metrics).endswith("start (distances above 30 m count as 30 m). ")
         assert said == "The flight completed 10 s with a position RMSE of 139 mm, 2 % of the path's size."
         for grade, ends in (
             ("fragile", "; its loop is fragile at rest."),
@@ -162,12 +163,12 @@ def test_an_error_is_said_as_a_share_of_the_size_of_a_path_that_moves(turns, sin
             assert answer(log, {**metrics, **rest, "outcome": "completed"}, size=found).endswith(ends)
         large = answer(log, {**metrics, "relative_error": 0.2, "outcome": "completed"}, size=found)
         for told in ({"relative_error": 1e-5}, {"relative_error": 0.02, "overturned[rad]": 3.0}):  # no percentage to explain
-            assert not of_size(log, {**metrics, **told, "outcome": "completed"}, since)
+            assert not of_size(LoggedFlight(log, since), {**metrics, **told, "outcome": "completed"})
         assert " mm. However, its error is large: 20 % of the path's size (limit 10 %)" in large.replace("\u00a0", " ")
     else:
         assert not found
         assert said == "The flight completed 10 s with a position RMSE of 139 mm."
-    assert not of_size(log._replace(outcome=Outcome.SPINNING), metrics, since)
+    assert not of_size(LoggedFlight(log._replace(outcome=Outcome.SPINNING), since), metrics)
 
 
 @pytest.fixture(scope="module")

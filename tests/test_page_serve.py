@@ -32,6 +32,7 @@ from quadstep.page.folder import manifest, names_files, open_result, plan_again,
 from quadstep.page.serve import server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
 from quadstep.page.thumbnails import short
+from quadstep.proofs.prove.report import ProofVerdict, VerdictKind, write_report
 from quadstep.report.drawing import FigureJob
 from quadstep.report.markup import Fact, disclosure, heading, page_text, summary, table
 from quadstep.report.panel import Panel
@@ -742,9 +743,10 @@ def test_a_study_whose_flights_are_not_as_commanded_has_a_mark(tmp_path, flights
 
 
 def test_a_proof_of_instability_has_a_mark(tmp_path):
-    for name, said in (("a", "Hover at the path's end, (0, 0, 5) m, is proved unstable."), ("b", "Proved.")):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "certificate.html").write_text(page_text(name, [summary(said)], "Proof"))
+    """By its verdict, not by its words."""
+    for name, kind, unstable in (("a", VerdictKind.DISPROVED, True), ("b", VerdictKind.DISPROVED, False)):
+        verdict = ProofVerdict(name, kind, [], ["it is not so that hover is proved unstable"], unstable=unstable)
+        write_report(tmp_path / name / "certificate.html", verdict)
     assert [one.loop for one in results(tmp_path)] == ["unstable", ""]
 
 

@@ -14,6 +14,7 @@ from quadstep.io import errors
 from quadstep.mission.read import check_mission
 from quadstep.numbers import Vector, maximum, minimum, sqrt, where
 from quadstep.numbers.enclosure import UndefinedError
+from quadstep.page.folder import results
 from quadstep.proofs.prove.hold import Departure, escape, escaped, inner, invariant_set, narrow
 from quadstep.proofs.prove.hover import hover, instability, is_equilibrium, jacobian
 from quadstep.proofs.prove.invariant import Growth, SetArithmetic
@@ -73,6 +74,7 @@ def test_a_loop_that_is_too_fast_for_its_rotors_is_disproved(tmp_path, monkeypat
     assert "rates 0.184°/s 1, 1, 0.0337°/s" in said
     assert "mm; rates 1, 1, 0.0337°/s | 0.53 s |" in PAGE.read_text()
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["mission-proof.html"]
+    assert [one.loop for one in results(tmp_path / "out")] == ["unstable"], "serve marks it"
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
@@ -212,6 +214,7 @@ def test_a_law_with_a_limit_is_disproved_on_the_papers_plant(tmp_path):
         "Hover at the path's end, (0, 0, 5) m, is proved unstable. Flights that begin near it do not all stay near it."
     )
     assert "eigenvalues outside the unit circle 6 of 12" in said
+    assert [one.loop for one in results(tmp_path / "out")] == ["unstable"]
     assert "begins 1\u00a0mm from that hover" in page  # and no figure of the mission's own flight
 
 

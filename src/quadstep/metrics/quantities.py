@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Callable, Container, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -22,15 +24,36 @@ SATURATED = 1e-3
 """What the rotors could not make counts as saturation from this share of the vehicle's mean thrust on."""
 
 
-class LoggedFlight(NamedTuple):
+@dataclass(frozen=True)
+class LoggedFlight:
     """A log. since: errors of position and heading count from then on [s]. efforts: columns of the plant's inputs and their
     units. arm: from the vehicle's centre to its farthest rotor [m], 0 if not known.
     """
 
     log: FlightLog
     since: float = 0.0
-    efforts: Mapping[str, str] = {}
+    efforts: Mapping[str, str] = field(default_factory=dict)
     arm: float = 0.0
+
+    @cached_property
+    def path(self) -> Numbers:
+        """Where its path is at each sample, shape (samples, axes) [m]."""
+        return self.log.table(*(f"{axis}_d" for axis in position_axes(self.log)))
+
+    @cached_property
+    def holds(self) -> bool:
+        """Whether its path, since errors count, is a point to hold or to step to."""
+        path = self.path[self.log.column("t") >= self.since]
+        steps = np.count_nonzero(np.any(np.diff(path, axis=0), axis=1))
+        return bool(path.size) and not (steps > 1 and (path.max(axis=0) - path.min(axis=0) > POINT).any())
+
+    @cached_property
+    def asked(self) -> Numbers:
+        """The acceleration of its path, shape (samples, axes) [m/s^2]: of a jump, much; at the ends of the log, 0."""
+        t, asked = self.log.column("t"), np.zeros_like(self.path)
+        step = (t[-1] - t[0]) / (len(t) - 1)
+        asked[1:-1] = (self.path[2:] - 2.0 * self.path[1:-1] + self.path[:-2]) / (step * step)
+        return asked
 
 
 class QuantityRows(NamedTuple):
@@ -107,18 +130,6 @@ FAR = 30.0
 """Errors are measured against no more than this [m], however far a path goes."""
 
 
-def moves(wanted: Numbers) -> bool:
-    """Whether a path moves; points, shape (samples, axes) [m], of one that is a point or steps to one do not."""
-    steps = np.count_nonzero(np.any(np.diff(wanted, axis=0), axis=1))
-    return bool(steps > 1 and (wanted.max(axis=0) - wanted.min(axis=0) > POINT).any())
-
-
-def holds(flight: LoggedFlight) -> bool:
-    """Whether its path, since errors count, is a point to hold or to step to."""
-    wanted = flight.log.table(*(f"{axis}_d" for axis in position_axes(flight.log)))[flight.log.column("t") >= flight.since]
-    return bool(wanted.size) and not moves(wanted)
-
-
 def error_against_path(flight: LoggedFlight) -> QuantityRows | None:
     """Distance from the path, and what it is measured against [m].
 
@@ -129,12 +140,10 @@ def error_against_path(flight: LoggedFlight) -> QuantityRows | None:
     found = position_error(flight)
     if found is None or len(found.t) < 2:
         return None
-    axes = position_axes(flight.log)
-    started = flight.log.table(*axes)[0]
-    wanted = flight.log.table(*(f"{axis}_d" for axis in axes))[-len(found.t) :]
+    started, wanted = flight.log.table(*position_axes(flight.log))[0], flight.path[-len(found.t) :]
     distance = np.linalg.norm(found.values, axis=1)
     arms = np.full(len(distance), flight.arm or ARM)
-    if holds(flight):
+    if flight.holds:
         against, first = ARMS * arms, len(distance) // 2
     else:
         gone = (np.minimum(np.linalg.norm(wanted - place, axis=1), FAR) for place in (started, wanted[0]))
@@ -148,17 +157,8 @@ def error_over_time(flight: LoggedFlight) -> QuantityRows | None:
     if found is None or against is None:
         return None
     scale = np.full(len(found.t), rmse(against.values[:, 1]))
-    asked = asked_acceleration(flight.log, *position_axes(flight.log))[-len(found.t) :]
-    off, asked = np.linalg.norm([found.values, asked], axis=2)
+    off, asked = np.linalg.norm([found.values, flight.asked[-len(found.t) :]], axis=2)
     return QuantityRows({"error": "-"}, np.column_stack([off, scale, asked]), found.t)
-
-
-def asked_acceleration(log: FlightLog, *axes: str) -> Numbers:
-    """What the path asks for along these axes, shape (samples, axes) [m/s^2]: of a jump, much; of the ends of the log, 0."""
-    t, path = log.column("t"), log.table(*(f"{axis}_d" for axis in axes))
-    step, asked = (t[-1] - t[0]) / (len(t) - 1), np.zeros_like(path)
-    asked[1:-1] = (path[2:] - 2.0 * path[1:-1] + path[:-2]) / (step * step)
-    return asked
 
 
 RATES = (("p", "q", "r"), ("psi_dot", "theta_dot", "phi_dot"))
@@ -173,8 +173,7 @@ def rates_over_time(flight: LoggedFlight) -> QuantityRows | None:
     names = next((names for names in RATES if has(flight, *names)), None)
     if names is None:
         return None
-    asked = asked_acceleration(flight.log, *position_axes(flight.log))
-    rates, asked = (np.linalg.norm(one, axis=1) for one in (flight.log.table(*names), asked))
+    rates, asked = (np.linalg.norm(one, axis=1) for one in (flight.log.table(*names), flight.asked))
     return rows(flight, {"rate": "-"}, np.column_stack([rates, np.full(len(rates), RATE_SCALE), asked]))
 
 
@@ -251,8 +250,8 @@ def swings(flight: LoggedFlight) -> QuantityRows | None:
     if len(names) == 4:
         w, x, y, z = axis.T
         axis = np.column_stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x)])
-    level = has(flight, "x_d", "y_d")
-    asked = asked_acceleration(flight.log, "x", "y") / GRAVITY if level else np.zeros((len(t), 2))
+    level = [place for place, name in enumerate(position_axes(flight.log)) if name in ("x", "y")]
+    asked = flight.asked[:, level] / GRAVITY
     lengths = [np.linalg.norm(from_mean(one, half)[first - half :], axis=1) for one in (axis, asked)]
     return QuantityRows({"swing": "rad"}, np.column_stack(lengths), t[first:last])
 

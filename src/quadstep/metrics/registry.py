@@ -216,10 +216,11 @@ def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str
         return result
     kind = REAL if "q_w" in log.columns else PAPER if "psi" in log.columns else OTHER
     seen = LoggedFlight(log, since, efforts or {}, arm)
-    result |= {HELD: True} if quantities.holds(seen) else {}
-    for metric in REPORTED:
-        found = metric.quantity(seen) if kind in metric.of else None
-        if found is not None:
+    result |= {HELD: True} if seen.holds else {}
+    reported = [metric for metric in REPORTED if kind in metric.of]
+    measured = {quantity: quantity(seen) for quantity in {metric.quantity for metric in reported}}
+    for metric in reported:
+        if (found := measured[metric.quantity]) is not None:
             for name, value in zip(metric.full_names(found.entries), metric.reduction(found.values, found.t), strict=True):
                 place(result, name, value)
     return result

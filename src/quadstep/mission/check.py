@@ -20,6 +20,9 @@ RANGES = "greater_than", "greater_than_equal", "less_than", "less_than_equal"
 PLAIN = {"bool_": "true or false", "int_": "a whole number", "float_": "a number"}
 """What a value should be, by how the type of pydantic's error begins."""
 
+REQUIRED = "missing", "union_tag_not_found"
+"""Types of errors that say of a key, without a colon, that it is required."""
+
 NOT_NUMBERS = "float_parsing", "float_type"
 """Types of errors of which the unit of the number is said."""
 
@@ -54,7 +57,7 @@ def explained(
     meant: set[str] = set()  # keys that misspelt ones stand for, which are not missing besides
     for inner, problem, table in every:
         key, said = describe(inner, problem)
-        line = ".".join((*map(str, table), (" " if said.startswith("is required") else ": ").join(filter(None, (key, said)))))
+        line = ".".join((*map(str, table), (" " if problem["type"] in REQUIRED else ": ").join(filter(None, (key, said)))))
         key = ".".join(filter(None, (*map(str, table), key)))
         file = blamed_file(content, (*table, *problem["loc"]), folder)
         if file:
@@ -98,7 +101,7 @@ def describe(model: type[BaseModel], problem: Any) -> tuple[str, str]:
     kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
     models, keys, options = walk(model, problem["loc"])
     key = cut(".".join(cut(part, LONGEST_VALUE) for part in keys), 3 * LONGEST_VALUE)
-    if kind in ("union_tag_not_found", "union_tag_invalid"):
+    if options and kind in ("union_tag_not_found", "union_tag_invalid"):
         names = [name for option in options for name in types(option)]
         missing = f"is required; allowed: {', '.join(names)}"
         return f"{key}.type", missing if kind == "union_tag_not_found" else unknown_name("value", context["tag"], names)

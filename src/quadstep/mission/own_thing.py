@@ -80,7 +80,8 @@ def or_own(
         try:
             model = table(value.get("type"), (info.context or {}).get("folder", Path()))
         except UserError as error:
-            wrong = {"type": "value_error", "loc": ("type",), "msg": str(error), "input": value}
+            kind = "union_tag_not_found" if value.get("type") is None else "value_error"
+            wrong = {"type": kind, "loc": ("type",), "msg": str(error), "input": value}
             raise PydanticCustomError(INSIDE, "inside", {"model": BaseModel, "problems": [wrong]}) from error
         if model is None:
             return known(value)

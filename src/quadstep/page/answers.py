@@ -19,7 +19,7 @@ from quadstep.io.results_folder import opened
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.page.cards import list_page
 from quadstep.page.comparison import compared_page
-from quadstep.page.folder import ResultFolder, grade, manifest, open_result, open_two, results, results_in, section
+from quadstep.page.folder import ResultFolder, campaign_content, grade, manifest, open_result, open_two, results, results_in
 from quadstep.page.model import Link
 from quadstep.page.thumbnails import first_panel, thumbnail
 from quadstep.report.markup import links, page_text, paragraph
@@ -115,7 +115,7 @@ def compare(root: Path, query: str) -> str:
     if first.kind != second.kind:
         kinds = f"{folders[0].name} ({first.kind.lower()}) and {folders[1].name} ({second.kind.lower()})"
         raise UserError(f"{kinds} cannot be compared: choose two results of one kind")
-    one, other = (manifest(at) or {**(of := manifest(at, "campaign.json")), **section(of, "summary")} for at in folders)
+    one, other = (manifest(at) or campaign_content(at) for at in folders)
     return compared_page((first, second), (one, other), root)
 
 

@@ -81,6 +81,7 @@ REPORT, HEAD = "report.html", 100_000
 """Where a result has its title, kind and answer, if not in another page, and in how many characters."""
 
 TITLE, KIND = re.compile(r"<title>(.*?)</title>", re.DOTALL), re.compile(r"<span>quadstep · (.*?)</span>")
+GRADE = re.compile(r'<meta name="grade" content="(.*?)">')
 ANSWER, TAG = re.compile(r'<p class="answer">(.*?)</p>', re.DOTALL), re.compile(r"<[^>]*>")
 FACT = re.compile(r"<div><dt>(.{1,400}?)</dt><dd[^>]*>(.{1,400}?)(?:<small>(.{1,400}?)</small>)?</dd>")
 MOST_FACTS = 8
@@ -93,6 +94,7 @@ class ReportOpening(NamedTuple):
     kind: str = ""
     answer: str = ""
     facts: tuple[tuple[str, str, str], ...] = ()
+    grade: str = ""
 
 
 PICTURES = (
@@ -129,7 +131,7 @@ def results_in(root: Path, folder: Path) -> list[ResultFolder]:
     place = folder.relative_to(root)
     alone = [
         ResultFolder(place, one.title or name, one.answer, found[name], (name,), one.kind or KINDS.get(name, "Page"),
-                     facts=one.facts, loop="unstable" * ("is proved unstable" in one.answer))
+                     facts=one.facts, loop=one.grade)
         for name, one in own.items()
     ]  # fmt: skip
     shown = [*known, *(name for name in others if name not in own)]
@@ -147,7 +149,7 @@ def results_in(root: Path, folder: Path) -> list[ResultFolder]:
     whole = ResultFolder(
         place, title, ending_text(content) or begins.answer, max(found[name] for name in shown),
         tuple(shown), kind, picture(folder, found), known_rmse, grade(content), begins.facts,
-        loop_grade(study := content or section(manifest(folder, "campaign.json"), "summary")), lack(study),
+        loop_grade(study := content or campaign_content(folder)), lack(study),
     )  # fmt: skip
     return [whole, *alone]
 
@@ -224,9 +226,10 @@ def report_opening(report: Path) -> ReportOpening:
             head = file.read(HEAD)
     except OSError:  # gone meanwhile, or not ours to read
         return ReportOpening()
-    title, kind, answer = (plain_text(one[1]) if (one := of.search(head)) else "" for of in (TITLE, KIND, ANSWER))
+    found = (of.search(head) for of in (TITLE, KIND, ANSWER, GRADE))
+    title, kind, answer, grade = (plain_text(one[1]) if one else "" for one in found)
     facts = (map(plain_text, one.groups("")) for one in islice(FACT.finditer(head), MOST_FACTS))
-    return ReportOpening(title, kind, answer, tuple((what, value, more) for what, value, more in facts))
+    return ReportOpening(title, kind, answer, tuple((what, value, more) for what, value, more in facts), grade)
 
 
 def plain_text(markup: str) -> str:
@@ -239,6 +242,12 @@ def manifest(folder: Path, name: str = MANIFEST) -> dict[str, Any]:
         content = read_json(folder / name, links=False)
         return content if isinstance(content, dict) else {}
     return {}
+
+
+def campaign_content(folder: Path) -> Metrics:
+    """The content of campaign.json, that of its summary beside the rest; empty as that of `manifest`."""
+    content = manifest(folder, "campaign.json")
+    return content | section(content, "summary")
 
 
 def read_log(path: Path, outcome: Outcome, ended: float) -> FlightLog:

@@ -131,7 +131,9 @@ class Evidence(NamedTuple):
         figures = [one.html(out) for one in self.figures]
         summary = markup.summary(" ".join([self.answer, *self.graded]), self.facts, figures, failed, self.points)
         sections = [one if isinstance(one, str) else one.html(out) for one in self.sections]
-        return markup.page_text(self.name, [summary, *texts, *sections], self.kind, fold=self.fold)
+        return markup.page_text(
+            self.name, [summary, *texts, *sections], self.kind, fold=self.fold, grade=self.grade.get("grade", "")
+        )
 
     def write_report(self, out: Path) -> None:
         """Write report.html, and table.tex where there is one. Its figures are in the folder."""

@@ -262,9 +262,11 @@ def fold_sections(body: str, anchors: Collection[str]) -> str:
     return first
 
 
-def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "", fold: Collection[str] = ()) -> str:
+def page_text(
+    title: str, sections: Iterable[str], kind: str = "", more: str = "", fold: Collection[str] = (), grade: str = ""
+) -> str:
     """The page itself. kind: of report, above the title. more: markup for its head. fold: anchors of the sections that only a
-    specialist reads, which open at a click.
+    specialist reads, which open at a click. grade: of the loop at rest, for programs.
     """
     body = "\n".join(sections)
     places, body = HEADINGS.findall(body), fold_sections(body, fold)
@@ -274,6 +276,7 @@ def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "
     made_by = f"quadstep {__version__}"
     on_paper = f'@page {{ font: 8pt Inter, sans-serif; color: #444; @bottom-left {{ content: "{made_by}"; }} }}'
     head = f'<meta charset="utf-8">{viewport}<title>{escape(title)}</title>{more}'
+    head += f'<meta name="grade" content="{escape(grade)}">' * bool(grade)
     formulas = face(FORMULAS) if "<math" in body else ""
     above = f'<div class="top">{LOGO}<span>{escape(f"quadstep · {kind}" if kind else "quadstep")}</span></div>'
     page = (

@@ -11,9 +11,8 @@ import numpy as np
 
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.interfaces.log import REASONS, FlightLog
-from quadstep.metrics import quantities
 from quadstep.metrics.off_command import off_command
-from quadstep.metrics.quantities import FAR, LoggedFlight, QuantityRows, heading_error, moves, position_errors
+from quadstep.metrics.quantities import FAR, LoggedFlight, QuantityRows, heading_error, position_errors
 from quadstep.metrics.reductions import rmse
 from quadstep.metrics.registry import UNGRADED, Metrics, group, metric, of_saturation, rest_of
 from quadstep.metrics.verdict import Case, FlightGrade, graded
@@ -53,13 +52,14 @@ def write_report(
     off = off_command(log, mission.controller.controller.off_command) if near and "position" in metrics else ""
     seen = [name for name in figures if Path(name).name == "attitude"]
     drawn = [Figure(name, f"{text} {off}".strip() if name in seen else text) for name, text in figures.items()]
-    counted, size = errors_since(mission), of_size(log, metrics, mission.scored_from) if "position" in metrics else ""
+    flight = LoggedFlight(log, mission.scored_from)
+    counted, size = errors_since(mission), of_size(flight, metrics) if "position" in metrics else ""
     places = [("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")]
     sections: list[Section] = [markup.links(places)]
     if "position" in metrics:
         header, rows = error_table(metrics, log)
         if isinstance(rms := metrics.get("heading_error[rad]"), float) and "attitude" not in metrics:  # whose rows have it
-            rows.append(heading_row(LoggedFlight(log, mission.scored_from), rms))
+            rows.append(heading_row(flight, rms))
         sections.append(TableSection("Errors", "errors", header, rows, size + ("" if seen else off)))
     if drawn[IN_SUMMARY:]:
         sections += [TableSection("More signals", "signals"), *drawn[IN_SUMMARY:]]
@@ -124,18 +124,18 @@ def answer(log: FlightLog, metrics: Metrics, why: str = "", counted: str = "", s
     return f"The flight completed {log.ended:g} s{error}{loop}. {found.sentence}".strip()
 
 
-def of_size(log: FlightLog, metrics: Metrics, since: float) -> str:
+def of_size(flight: LoggedFlight, metrics: Metrics) -> str:
     """The size of a completed flight's path, of which its RMSE is said to be a share, with a blank; "" where it is not."""
     share, off, found = metrics.get("relative_error"), metrics.get("position_rmse[m]"), graded(metrics)
-    told = log.outcome is Outcome.COMPLETED and (not found.reasons or "large error" in found.labels)
+    told = flight.log.outcome is Outcome.COMPLETED and (not found.reasons or "large error" in found.labels)
     if not (told and isinstance(share, float) and isinstance(off, float) and share >= LEAST):
         return ""
-    wanted = log.table(*(f"{axis}_d" for axis in quantities.position_axes(log)))[log.column("t") >= since]
-    if not moves(wanted) or off / share > 1.001 * rmse(np.linalg.norm(wanted - wanted[0], axis=1)):  # an arm is more
+    path = flight.path[flight.log.column("t") >= flight.since]
+    gone = np.linalg.norm(path - path[0], axis=1)
+    if flight.holds or off / share > 1.001 * rmse(gone):  # an arm is more
         return ""
     size = f"The path's size, {units.quantity(off / share, 'm')}, is the RMSE of a vehicle that never leaves its start"
-    capped = np.linalg.norm(wanted - wanted[0], axis=1).max() > FAR
-    return f"{size}{f' (distances above {FAR:g} m count as {FAR:g} m)' * bool(capped)}. "
+    return f"{size}{f' (distances above {FAR:g} m count as {FAR:g} m)' * bool(gone.max() > FAR)}. "
 
 
 def distance_when_lost(log: FlightLog) -> markup.Fact:

@@ -12,6 +12,7 @@ from urllib.parse import quote
 
 from quadstep.io.errors import DIVERGED, FAILED, UserError
 from quadstep.io.files import write_beside
+from quadstep.linear.grade import UNSTABLE
 from quadstep.metrics.verdict import Case
 from quadstep.proofs.prove.unknown import Unknown
 from quadstep.report import markup, units
@@ -33,7 +34,7 @@ FROM_PATH = "from the path"
 
 class ProofVerdict(NamedTuple):
     """The result. rows: axis, and its bounds. says: sentences. written: its certificate. cards: the same as rows.
-    settings: how it was computed, name and value.
+    settings: how it was computed, name and value. unstable: whether it is that hover is.
     """
 
     name: str
@@ -45,6 +46,7 @@ class ProofVerdict(NamedTuple):
     pictures: Sequence[FigureJob] = ()
     cards: Sequence[markup.Fact] = ()
     settings: Sequence[Sequence[str]] = ()
+    unstable: bool = False
 
 
 def length(metres: float, rounded: Callable[[float, int], float] = units.rounded_up, digits: int = 4) -> str:
@@ -134,8 +136,9 @@ def write_report(path: Path, verdict: ProofVerdict) -> None:
         figures = [Figure(one.name, one.caption) for one in verdict.pictures]
         judged = (Case("proved", failed),)
         found = Evidence(
-            verdict.name, KIND, first, verdict.says, {}, verdict.cards, figures, sections, cases=judged, fold=("settings",)
-        )
+            verdict.name, KIND, first, verdict.says, {}, verdict.cards, figures, sections, cases=judged, fold=("settings",),
+            grade={"grade": UNSTABLE} if verdict.unstable else {}, told=True,
+        )  # fmt: skip
         write_beside(path, found.html(Path(folder)), parents=True)
 
 

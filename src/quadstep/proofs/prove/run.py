@@ -233,7 +233,7 @@ def unstable(mission: Mission, plan: FlightPlan, at: Hover, growth: Instability)
     ]
     shown = of_instability(mission, plan, at.tick * plan.ticks.step)
     kind, columns = VerdictKind.DISPROVED, ("at hover", "proved")
-    return ProofVerdict(mission.name, kind, rows, says, columns=columns, pictures=shown, cards=cards)
+    return ProofVerdict(mission.name, kind, rows, says, columns=columns, pictures=shown, cards=cards, unstable=True)
 
 
 def consequence(plan: FlightPlan) -> list[str]:

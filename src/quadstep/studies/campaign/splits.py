@@ -107,7 +107,7 @@ class Split(NamedTuple):
         parts = {f"with {text}": where for text, where in flights_with(self.key, one).items()}
         best = [text for *_, text in sorted(self.bands, key=lambda band: band[0] / band[1])]
 
-        def compared(bad: Flights, where: Flights | bool = True) -> tuple[list[Band], float, Band]:
+        def contrast(bad: Flights, where: Flights | bool = True) -> tuple[list[Band], float, Band]:
             """The flights there with each value, the best one first; how unlikely it is by chance that with another fewer are
             bad, 0 where none is; and the one where it is least likely.
             """
@@ -120,16 +120,16 @@ class Split(NamedTuple):
             each = [(f"{units.percent(1.0 - hit / size)} of {size:,}", text) for hit, size, text in found]
             return ", ".join(f"{rate}{did * (not i)} {text}" for i, (rate, text) in enumerate(each))
 
-        said = f"{rates(compared(failed)[0], f' flights {did}')}."
+        said = f"{rates(contrast(failed)[0], f' flights {did}')}."
         worst = [part.worst for part in inner if part.worst and f"with {with_option(*part.within)}" == best[0]]
         for where, range_text, needed in worst:
-            there, odds, _ = compared(failed, where)
+            there, odds, _ = contrast(failed, where)
             if odds:
                 sure = odds > needed + math.log(len(parts))
                 doubt = "" if sure else ": too few flights to tell which is better there"
                 said += f" {'But where' if sure else 'Where'} {range_text}, the rates are {rates(there)}{doubt}."
                 break
-        ((hit, size, text), *_), odds, (fewer, of, other) = compared(lost)
+        ((hit, size, text), *_), odds, (fewer, of, other) = contrast(lost)
         if odds > math.log(20.0 * len(parts)):
             said += f" But more flights are lost {text} ({hit:,} of {size:,}) than {other} ({fewer:,} of {of:,})."
         return said
