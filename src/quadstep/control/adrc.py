@@ -37,7 +37,7 @@ from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import gain, usual
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector
-from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
+from quadstep.numbers.rotations import rotation_matrix
 
 
 class AdrcGains(NamedTuple):
@@ -97,12 +97,8 @@ class Adrc(Controller):
         attitude = attitude_for(force, reference, body.mass)
         errors = errors_to(attitude, measured)
         angular = turned(errors, Turn(w_r * w_r, 2.0 * w_r)) - memory.turning
-        command = Command(
-            thrust=force @ up_axis(rotation_matrix(measured.attitude)),
-            torque=torque_for(angular, measured, body),
-            desired_attitude=yaw_pitch_roll(quaternion_of(attitude.rotation)),
-        )
-        return command, memory
+        thrust = force @ up_axis(rotation_matrix(measured.attitude))
+        return Command(thrust, torque_for(angular, measured, body), attitude.angles), memory
 
     def observed(self, memory: AdrcMemory, measured: Measured, gains: AdrcGains, t: Number, period: Number) -> AdrcMemory:
         """The observers at time t [s], a period [s] later."""

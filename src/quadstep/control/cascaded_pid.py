@@ -131,9 +131,6 @@ class CascadedPid(Controller):
         derivative = (rates - memory.rates) * (1.0 / period)
         angular = gains.rate * rate_error + memory.rate_integral - gains.rate_derivative * derivative
         rate_integral = project(memory.rate_integral + period * (gains.rate_integral * rate_error), gains.rate_integral_bound)
-        command = Command(
-            thrust=outer.force @ up_axis(rotation_matrix(measured.attitude)),
-            torque=gains.inertia * angular,
-            desired_attitude=yaw_pitch_roll(outer.wanted),
-        )
+        thrust = outer.force @ up_axis(rotation_matrix(measured.attitude))
+        command = Command(thrust, gains.inertia * angular, yaw_pitch_roll(outer.wanted))
         return command, CascadedPidMemory(outer, rate_integral, rates)

@@ -39,7 +39,7 @@ from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector, vector
-from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix, yaw_pitch_roll
+from quadstep.numbers.rotations import cross, rotation_matrix
 
 
 class GeometricGains(NamedTuple):
@@ -116,11 +116,7 @@ class Geometric(Controller):
         errors = turning_errors(wanted, rotation, rates)
         angular = errors.feed_forward - gains.turn_stiffness * errors.attitude - gains.turn_damping * errors.rates
         torque = gains.inertia * angular + cross(rates, gains.inertia * rates)
-        command = Command(
-            thrust=force @ axis,
-            torque=torque,
-            desired_attitude=yaw_pitch_roll(quaternion_of(wanted.rotation)),
-        )
+        command = Command(force @ axis, torque, wanted.angles)
         return command, GeometricMemory(project(memory.integral + period * e, gains.integral_bound))
 
 
@@ -193,11 +189,7 @@ class GeometricAdaptive(Controller):
         attitude = attitude_for(force, reference, body.mass)
         errors = errors_to(attitude, measured)
         angular = turned(errors, gains.turn) - (memory.turning - rates * memory.turn_drag)
-        command = Command(
-            thrust=force @ up_axis(rotation),
-            torque=torque_for(angular, measured, body),
-            desired_attitude=yaw_pitch_roll(quaternion_of(attitude.rotation)),
-        )
+        command = Command(force @ up_axis(rotation), torque_for(angular, measured, body), attitude.angles)
         e_x, e_v = measured.position - reference.position, measured.velocity - reference.velocity
         off, off_r = e_v + gains.coupling * e_x, errors.rates + gains.turn_coupling * errors.attitude
         dragged = through * (rotation.T @ off)

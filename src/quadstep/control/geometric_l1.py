@@ -43,7 +43,7 @@ from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import gain, usual
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector, exp
-from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
+from quadstep.numbers.rotations import rotation_matrix
 
 
 class GeometricL1Gains(NamedTuple):
@@ -131,12 +131,8 @@ class GeometricL1(Controller):
         force = force_for(pulled(measured, reference, gains.pull) - memory.across, body)
         attitude = attitude_for(force, reference, body.mass)
         errors = errors_to(attitude, measured)
-        command = Command(
-            thrust=force @ axis - body.mass * memory.along,
-            torque=torque_for(turned(errors, gains.turn) - memory.about[1], measured, body),
-            desired_attitude=yaw_pitch_roll(quaternion_of(attitude.rotation)),
-        )
-        return command, memory
+        torque = torque_for(turned(errors, gains.turn) - memory.about[1], measured, body)
+        return Command(force @ axis - body.mass * memory.along, torque, attitude.angles), memory
 
     def estimated(
         self, memory: GeometricL1Memory, measured: Measured, gains: GeometricL1Gains, t: Number, period: Number

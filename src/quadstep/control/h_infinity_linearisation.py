@@ -22,6 +22,7 @@ from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Number, Vector, sqrt, vector
 from quadstep.numbers.solve import cholesky, riccati
+from quadstep.numbers.structure import from_fields
 
 PARTS = ("integral", "position", "velocity", "acceleration", "jerk")
 STATES, PUSHED = len(PARTS), 2
@@ -122,16 +123,7 @@ class HInfinityLinearisation(Controller):
 
     def prepare(self, gains: HInfinityWeights, model: Model) -> HInfinityGains:
         found = feedback(tuple(gains.weights), gains.margin, gains.pace)
-        return HInfinityGains(
-            mass=gains.mass,
-            inertia=gains.inertia,
-            gravity=gains.gravity,
-            most_thrust=gains.most_thrust,
-            feedback=Vector(found),
-            integral_bound=gains.steady * found[3] / found[0],
-            heading=gains.heading,
-            turning=gains.turning,
-        )
+        return from_fields(HInfinityGains, gains, feedback=Vector(found), integral_bound=gains.steady * found[3] / found[0])
 
     def start(self, measured: Measured, gains: HInfinityGains) -> HInfinityMemory:
         return HInfinityMemory(Push(gains.gravity, 0.0), vector(0.0, 0.0, 0.0))

@@ -37,7 +37,7 @@ from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import gain, given, usual
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Number, Vector, vector
-from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
+from quadstep.numbers.rotations import rotation_matrix
 
 
 class IndiGains(NamedTuple):
@@ -119,11 +119,7 @@ class Indi(Controller):
         turn_share = Vector(followed(rate, period) for rate in gains.torque_filter)
         rates, torque = twice(memory.rates, measured.rates, turn_share), twice(memory.torque, made.torque, turn_share)
         turning = (rates[1] - memory.rates[1]) * (1.0 / period)
-        command = Command(
-            thrust=force @ axis,
-            torque=torque[1] + body.inertia * (turned(errors, gains.turn) - turning),
-            desired_attitude=yaw_pitch_roll(quaternion_of(attitude.rotation)),
-        )
+        command = Command(force @ axis, torque[1] + body.inertia * (turned(errors, gains.turn) - turning), attitude.angles)
         return command, IndiMemory(made, pushed, felt, rates, torque)
 
     def made(self, memory: IndiMemory, measured: Measured, gains: IndiGains, t: Number, period: Number) -> AchievedCommand:

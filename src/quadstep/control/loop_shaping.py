@@ -17,6 +17,7 @@ from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Matrix, Number, Vector, sqrt, vector
 from quadstep.numbers.rotations import conjugate, multiply, rotation_matrix, rotation_vector, yaw_pitch_roll
 from quadstep.numbers.solve import dot, inverse, product, riccati, transposed
+from quadstep.numbers.structure import from_fields
 
 ITERATIONS = 200
 """Of the power method."""
@@ -124,19 +125,8 @@ class LoopShaping(Controller):
     def prepare(self, gains: LoopShapingWeights, model: Model) -> LoopShapingGains:
         weight, a, b, c = shaped(gains.corner, gains.pace / gains.attitude)
         found = robust(a, b, c, gains.margin)
-        return LoopShapingGains(
-            mass=gains.mass,
-            gravity=gains.gravity,
-            most_thrust=gains.most_thrust,
-            pace=gains.pace,
-            corner=gains.corner,
-            attitude=gains.attitude,
-            weight=weight,
-            drift=Matrix(Vector(row) for row in found.a),
-            entry=Vector(found.b),
-            exit=Vector(found.c),
-            integral_bound=gains.integral_bound,
-        )
+        drift = Matrix(Vector(row) for row in found.a)
+        return from_fields(LoopShapingGains, gains, weight=weight, drift=drift, entry=Vector(found.b), exit=Vector(found.c))
 
     def start(self, measured: Measured, gains: LoopShapingGains) -> LoopShapingMemory:
         rest = Vector(0.0 for _ in gains.entry)

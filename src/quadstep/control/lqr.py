@@ -15,6 +15,7 @@ from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Number, Vector, absolute, atan2, cos, sin, vector
 from quadstep.numbers.rotations import conjugate, from_yaw_pitch_roll, heading, multiply, rotation_vector
 from quadstep.numbers.solve import solve_square
+from quadstep.numbers.structure import from_fields
 from quadstep.world.paths import Point, Quintic, along, quintic
 
 MOST_STEPS, SMALL = 1000, 1e-13
@@ -145,14 +146,12 @@ class Lqr(Controller):
 
     def prepare(self, gains: LqrWeights, model: Model) -> LqrGains:
         level, climb, turn = (one.entries for one in (gains.level, gains.climb, gains.turn))
-        return LqrGains(
-            mass=gains.mass,
-            inertia=gains.inertia,
-            gravity=gains.gravity,
+        return from_fields(
+            LqrGains,
+            gains,
             level=Vector(regulator((1.0, 1.0, gains.gravity, 1.0), level[:-1], level[-1])),
             climb=Vector(regulator((1.0, 1.0), climb[:-1], climb[-1])),
             turn=Vector(regulator((1.0,), turn[:-1], turn[-1])),
-            integral_bound=gains.integral_bound,
         )
 
     def start(self, measured: Measured, gains: LqrGains) -> LqrMemory:

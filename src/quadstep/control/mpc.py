@@ -35,7 +35,6 @@ from quadstep.numbers.rotations import (
     quaternion_of,
     rotation_matrix,
     rotation_vector,
-    yaw_pitch_roll,
 )
 
 STAGES, STAGE, ITERATIONS = 12, 0.025, 4
@@ -247,11 +246,7 @@ class Mpc(Controller):
         angular = target.feed_forward + vector(-(left + lead_y), forward + lead_x, around) - memory.twist
         gyroscopic = cross(measured.rates, inertia * measured.rates)
         lifting = target.force + (mass * weights.lag) * reference.jerk + vector(0.0, 0.0, mass * rise)
-        command = Command(
-            thrust=maximum(lifting @ target.axis, 0.0),
-            torque=inertia * angular + gyroscopic,
-            desired_attitude=yaw_pitch_roll(quaternion_of(target.wanted.rotation)),
-        )
+        command = Command(maximum(lifting @ target.axis, 0.0), inertia * angular + gyroscopic, target.wanted.angles)
         return command, self.observe(memory, measured, weights, period)
 
     @staticmethod

@@ -17,7 +17,7 @@ from quadstep.interfaces.gain import believed, from_gains, gain, given, usual
 from quadstep.interfaces.plant import Reference
 from quadstep.numbers import Matrix, Number, Vector, exp, matrix, minimum, scan, vector, where
 from quadstep.numbers.noise import Key, normals
-from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
+from quadstep.numbers.rotations import rotation_matrix
 
 SAMPLES, STAGES, STAGE = 64, 12, 0.05
 """Plans that are tried, stages of each, and how long one is [s]."""
@@ -185,11 +185,7 @@ class Mppi(Controller):
         force = within(gains.mass * (asked + up), gains.most_thrust)
         wanted, axis = attitude_for(force, reference, gains.mass), up_axis(rotation_matrix(measured.attitude))
         angular = turned(errors_to(wanted, measured), Turn(gains.turn_stiffness, gains.turn_damping))
-        command = Command(
-            thrust=force @ axis,
-            torque=torque_for(angular, measured, gains),
-            desired_attitude=yaw_pitch_roll(quaternion_of(wanted.rotation)),
-        )
+        command = Command(force @ axis, torque_for(angular, measured, gains), wanted.angles)
         made = (measured.thrust / gains.mass) * axis - up
         velocity, push = observed(memory.velocity, memory.push, measured.velocity, made, gains.observer, period)
         return command, memory._replace(velocity=velocity, push=project(push, gains.most_disturbance))

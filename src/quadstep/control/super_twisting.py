@@ -27,7 +27,7 @@ from quadstep.interfaces.controller import Command, Condition, Controller, Measu
 from quadstep.interfaces.gain import gain, usual
 from quadstep.interfaces.plant import Model, Reference
 from quadstep.numbers import Number, Vector, absolute, sqrt
-from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
+from quadstep.numbers.rotations import rotation_matrix
 
 
 class SuperTwistingGains(NamedTuple):
@@ -102,13 +102,8 @@ class SuperTwisting(Controller):
         s_r = -(errors.rates + gains.turn_slope * errors.attitude)
         turn_reached = gains.turn_reaching * smooth_root(s_r, gains.turn_layer)
         angular = errors.feed_forward - gains.turn_slope * errors.rates + turn_reached + memory.turn_integral
-        command = Command(
-            thrust=force @ up_axis(rotation_matrix(measured.attitude)),
-            torque=torque_for(angular, measured, body),
-            desired_attitude=yaw_pitch_roll(quaternion_of(attitude.rotation)),
-            r1=s,
-            r2=s_r,
-        )
+        thrust = force @ up_axis(rotation_matrix(measured.attitude))
+        command = Command(thrust, torque_for(angular, measured, body), attitude.angles, r1=s, r2=s_r)
         twisted = period * (gains.twisting * smooth_sign(s, gains.layer))
         turn_twisted = period * (gains.turn_twisting * smooth_sign(s_r, gains.turn_layer))
         return command, SuperTwistingMemory(

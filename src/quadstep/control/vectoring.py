@@ -28,7 +28,7 @@ from quadstep.numbers import (
     vector,
     where,
 )
-from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix
+from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix, yaw_pitch_roll
 from quadstep.numbers.scan import shortcut
 
 
@@ -40,6 +40,11 @@ class DesiredAttitude(NamedTuple):
     rotation: Matrix
     rates: Vector
     acceleration: Vector
+
+    @property
+    def angles(self) -> Vector:
+        """Yaw, pitch and roll, as a command tells them [rad]."""
+        return yaw_pitch_roll(quaternion_of(self.rotation))
 
 
 class Direction(NamedTuple):

@@ -123,6 +123,12 @@ def replaced(structure: S, **fields: object) -> S:
     return getattr(structure, "_replace")(**fields)  # noqa: B009 (it has no other type)
 
 
+def from_fields(kind: type[S], other: object, **fields: object) -> S:
+    """A `NamedTuple` of these fields, the rest of them as another has them."""
+    same = [name for name in getattr(kind, "_fields") if name not in fields]  # noqa: B009 (it has no other type)
+    return kind(**{name: getattr(other, name) for name in same}, **fields)
+
+
 def leaf_names(structure: object, prefix: str = "") -> list[str]:
     """A dotted name for each leaf, in the order of `flatten`: `vehicle.inertia.0`.
 

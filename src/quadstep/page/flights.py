@@ -16,6 +16,7 @@ from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, leaf_names
+from quadstep.numbers.structure import from_fields
 from quadstep.page.controllers import controllers, declared_controls, sliders_of
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
 from quadstep.page.laws import Laws
@@ -105,17 +106,13 @@ def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> Fli
             reason = str(error)
     rest = {key: said.partition(";")[0] for key, said in rest_of(flown.metrics).items()}  # why: what is too small
     why_not = f"This flight is a recording; it cannot be flown in the page: {reason}." if reason else ""
-    return FlightData(
-        id=flown.id,
-        name=flown.name,
-        group=flown.group,
-        note=flown.note,
-        claims=flown.claims,
+    return from_fields(
+        FlightData,
+        flown,
         outcome=outcome_data(flown),
         facts=facts(flown.metrics),
         summary=summary(flown),
         whyNot=why_not,
-        warnings=flown.warnings,
         margins=SOUND if rest.get("grade") == SOUND else ", ".join(rest[key] for key in ("grade", "why") if key in rest),
         recorded=recorded(log, share) if why_not else None,
         controllers=live.controllers,
@@ -123,7 +120,6 @@ def flight(flown: ShownFlight, laws: Laws, share: int = RECORDED_NUMBERS) -> Fli
         ticks=plan.ticks._asdict() if plan else {"step": 0.01, "every": [1], "log": 1, "last": max(1, len(log.rows) - 1)},
         scene=scene(plan, log),
         panels=panels(log.columns),
-        cell=flown.cell,
         rate=flown.rate if live.controllers else None,
         limits=tuple(rules(flown.limits)),
     )
