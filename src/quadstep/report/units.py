@@ -25,9 +25,9 @@ number of a statement (T1 to T16)."""
 UNITS = frozenset(("m", "s", "N", "J", "W", "V", "g"))
 MEASURE = re.compile(
     r"(?<=[\d\]∞⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=(?:%|[nµmkMG]?(?:m|s|g|N|J|W|V|Hz|rad)[²³]?)(?![\w²³]))"
-    r"|(?<=\bN) (?=[ms]\b)|(?<=\bN m) (?=s\b)"
+    r"|(?<=\bN) (?=[ms]\b)|(?<=\bN m) (?=s\b)|(?<=\d\skg) (?=m²)|(?<=^&[gl]t;) (?=\d)"
 )
-"""The space before a unit, or within that of a torque."""
+"""The space before a unit, or within that of a torque or inertia, or behind the > or < that a table's cell begins with."""
 
 POWERS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
