@@ -301,6 +301,32 @@ def test_dragging_flies_the_beginning_and_letting_go_all_of_it(open_page, tmp_pa
     np.testing.assert_array_equal(dragged, flown.rows[: len(dragged)])
 
 
+SCENE_DRAG = """async () => {
+  const slider = document.querySelector("#controls input[type=range][aria-label^='K r1']");
+  const scene = document.querySelector("#scene"), gl = scene.getContext("webgl2");
+  let drawn = 0;
+  for (const name of ["drawArrays", "drawElements", "drawArraysInstanced", "drawElementsInstanced"]) {
+    const draw = gl[name].bind(gl);
+    gl[name] = (...given) => { drawn++; draw(...given); };
+  }
+  slider.value = slider.max / 5;
+  slider.dispatchEvent(new Event("input"));
+  await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+  const pixels = scene.width / scene.clientWidth;
+  slider.dispatchEvent(new Event("change"));
+  return [drawn, pixels, scene.width / scene.clientWidth];
+}"""
+
+
+def test_the_scene_follows_a_drag_at_the_same_picture_with_fewer_pixels_where_drawing_is_slow(open_page, brief_file):
+    page = open_page(file=brief_file, webgl=True)
+    page.wait_for_selector("html[data-scene=yes]", state="attached")
+    page.evaluate(SLOWER)
+    page.evaluate(PATIENT)
+    drawn, dragged, rests = page.evaluate(SCENE_DRAG)
+    assert drawn > 0 and dragged == pytest.approx(0.5, abs=0.01) and rests == 1.0
+
+
 def test_a_control_that_rests_flies_all(open_page, brief_file):
     page = open_page(file=brief_file)
     page.evaluate(SLOWER)

@@ -101,6 +101,7 @@ function start(): void {
         clock.playing.set(!calm);
       }
     }
+    scene?.show();
     board.show(shown);
     badge(byId("badge"), shown);
     if (another) {

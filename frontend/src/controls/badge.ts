@@ -1,7 +1,7 @@
 // The outcome in a few words, and the theorem's conditions on the gains in use.
 
 import type { Shown } from "../session";
-import { fill, h } from "../view/dom";
+import { fill, h, renew } from "../view/dom";
 import { join, number, quantity } from "../view/format";
 import type { Judged } from "../data/conditions";
 import { loopChanged } from "../data/settings";
@@ -51,7 +51,7 @@ export function badge(host: HTMLElement, shown: Shown): void {
   fill(sheet, ...rows, theory.length ? (limited ? h("p", {}, LIMITED) : null) : h("p", {}, "No theorem is stated for this controller."), conditions.length ? list : null);
   const open = host.querySelector("details")?.open ?? false;
   details.open = open;
-  fill(host, details);
+  renew(host, details);
 }
 
 /** Of the loop at rest: the grade of the file's, or that it is another one now, or not known. */

@@ -1,6 +1,6 @@
 // One plot on the page: its heading with live values, its picture, and the cursor over it.
 
-import { h } from "../view/dom";
+import { h, renew } from "../view/dom";
 import { type Scale, join, number, plainUnit, scaleFor } from "../view/format";
 import { rich } from "../view/notation";
 import { type Palette, palette } from "../view/theme";
@@ -62,7 +62,7 @@ export class Plot {
     this.values = undefined;
     this.greatest = largest(panel);
     const scale = this.scale();
-    this.heading.replaceChildren(...rich(panel.title));
+    renew(this.heading, ...rich(panel.title));
     this.note.textContent = panel.note;
     this.note.hidden = !panel.note;
     this.heading.dataset["unit"] = scale.unit ? `[${scale.unit}]` : "";

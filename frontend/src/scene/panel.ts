@@ -5,7 +5,7 @@ import type { Flight } from "../data/flight";
 import { pathOfLog } from "../logs/log";
 import type { Session, Shown } from "../session";
 import type { Clock } from "../view/clock";
-import { byId, fill, h, run, swatch } from "../view/dom";
+import { byId, fill, h, renew, run, swatch } from "../view/dom";
 import { join, number, plain } from "../view/format";
 import { type Palette, palette } from "../view/theme";
 import type * as view from "./view";
@@ -57,7 +57,7 @@ export class ScenePanel {
   constructor(
     readonly view: SceneView,
     canvas: HTMLCanvasElement,
-    session: Session,
+    private readonly session: Session,
     clock: Clock,
   ) {
     window.addEventListener("beforeprint", () => view.onPaper(byId("scene-paper") as HTMLCanvasElement));
@@ -69,11 +69,7 @@ export class ScenePanel {
       for (const button of byId("camera").querySelectorAll("button")) button.setAttribute("aria-pressed", String(button.value === now));
     });
     view.caption.watch((caption) => captionOf(caption));
-    const show = (): void => {
-      if (session.shown.value) this.show(session.shown.value, session.kept.value);
-    };
-    session.shown.watch(show);
-    session.kept.follow(show);
+    session.kept.watch(() => this.show());
     session.log.watch((log) => {
       const path = log && pathOfLog(log);
       this.logged = path !== undefined;
@@ -89,10 +85,12 @@ export class ScenePanel {
     this.view.look(this.view.view.value === "orbit" ? "follow" : "orbit");
   }
 
-  private show(shown: Shown, kept: Flight | undefined): void {
-    const { data, flight, ghost, given } = shown;
+  show(): void {
+    const { shown: { value: shown }, kept: { value: kept } } = this.session;
+    if (!shown) return;
+    const { data, flight, ghost, given, dragged } = shown;
     this.behind = !ghost && kept !== flight && kept?.has(...data.scene.position, ...data.scene.attitude.columns) ? kept : undefined;
-    this.view.show(data.scene, flight, ghost ?? this.behind, (name) => parameter(given, name), this.flight === data.id);
+    this.view.show(data.scene, flight, ghost ?? this.behind, (name) => parameter(given, name), this.flight === data.id, dragged);
     this.flight = data.id;
     this.legend(shown);
   }
@@ -128,7 +126,7 @@ function legend({ data, flight, given }: Shown, behind: string | undefined, colo
       return entry(arrow.kind === "wind" ? colours.sky : colours.pink, 3, arrow.kind === "wind" ? [4, 2.5] : [], text);
     }),
   ];
-  fill(byId("legend"), ...entries);
+  renew(byId("legend"), ...entries);
 }
 
 function captionOf({ grid, magnified }: view.Caption): void {

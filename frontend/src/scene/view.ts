@@ -42,6 +42,8 @@ const FOV = 32;
 const PAPER = { width: 910, height: 400 }; // as print.css has it
 const END = 5; // pixels: radius of the dot where the path ends
 const LOST = 1e-6; // s: round-off in the time of the end
+const PATIENCE = 10; // ms that a picture may take while a control is dragged
+const COARSE = 0.5; // pixels a CSS pixel, if it takes longer
 const CORNER: Spot = { x: 0, y: 0, radius: 0 }; // where words are about what is outside the picture
 
 export interface Caption {
@@ -76,6 +78,7 @@ export class SceneView {
   private spot: Spot | undefined;
   private time = 0;
   private pending = 0;
+  private slow: boolean | undefined; // whether drawing is, once it matters
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -97,8 +100,8 @@ export class SceneView {
 
   private readonly renderer: WebGLRenderer;
 
-  /** A flight, and another as its ghost. constant: a parameter in use, by name. keep: leave the camera where it is. */
-  show(data: SceneData, flight: Flight, ghost: Flight | undefined, constant: (name: string) => number, keep: boolean): void {
+  /** A flight, and another as its ghost. constant: a parameter in use, by name. keep: leave the camera where it is. dragged: in time, if need be coarsely. */
+  show(data: SceneData, flight: Flight, ghost: Flight | undefined, constant: (name: string) => number, keep: boolean, dragged: boolean): void {
     if (data !== this.data) this.rebuild(data);
     const fine = FINE * Math.max(extentOf(flight, data.wanted), this.flyer?.vehicle.size ?? 0);
     const { points } = pathOf(flight, data.wanted, fine);
@@ -120,6 +123,28 @@ export class SceneView {
     this.loss = flight.held ? undefined : { text: `✕ Lost: ${flight.why}`, time: flight.last - LOST };
     this.setTime(this.time);
     if (!keep) this.look(this.view.value);
+    this.sharpen(!dragged || !(this.slow ??= this.took() > PATIENCE));
+    if (!dragged) return;
+    cancelAnimationFrame(this.pending); // else it would be a frame late
+    this.pending = 0;
+    this.draw();
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    gl.deleteSync(gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0));
+    gl.flush(); // begun at once, as plots are drawn meanwhile
+  }
+
+  private sharpen(sharp: boolean): void {
+    const ratio = sharp ? Math.min(devicePixelRatio, 2) : COARSE;
+    if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
+  }
+
+  /** What a picture takes until it is there [ms]. */
+  private took(): number {
+    const begun = performance.now();
+    this.draw();
+    const gl = this.renderer.getContext();
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    return performance.now() - begun;
   }
 
   /** Where the camera is, the height of the ground, and where the vehicle is in the picture [px]. */
@@ -230,7 +255,7 @@ export class SceneView {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement ?? this.canvas;
     if (!width || !height) return;
     const aspect = this.camera.aspect;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.sharpen(true);
     this.size(width, height);
     if (Math.abs(aspect / this.camera.aspect - 1) > 0.15) this.look(this.view.value);
     this.draw();

@@ -33,6 +33,13 @@ export function fill(parent: Element, ...children: Child[]): void {
   append(parent, ...children);
 }
 
+/** The same for what has no listeners; what is there already stays, so that it is not laid out again. */
+export function renew(parent: Element, ...children: Child[]): void {
+  const made = parent.cloneNode() as Element;
+  append(made, ...children);
+  if (!made.isEqualNode(parent)) parent.replaceChildren(...made.childNodes);
+}
+
 /** Runs a script that the page holds as text until it is needed. */
 export function run(text: string): void {
   const script = h("script");
