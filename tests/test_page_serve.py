@@ -592,7 +592,8 @@ def test_two_reports_of_a_kind_are_compared_by_the_values_of_their_tables_and_no
         content = {"name": name, "grade": "sound", "tuned": {"controller.k_x": float(gain)}, "seed": 1}
         (tmp_path / name / "metrics.json").write_text(json.dumps(content))
         gains = table(("gain", "current", "tuned", ""), [("K_r1 [N s/m]", "3.0", gain, ""), ("k_v", "3.0", "3.0", "")])
-        loops = table(("", "phase [°]", "delay [ms]"), [("roll", "44.7", delay), ("yaw", "50", "60")])
+        only = ("pitch", "41", "43") if name == "a" else ("thrust", "70", "90")
+        loops = table(("", "phase [°]", "delay [ms]"), [("roll", "44.7", delay), ("yaw", "50", "60"), only])
         flights = table(("flight", "RMSE"), [("17", f"{gain} m"), (f"{gain} of them", "1 m")])
         own = disclosure("Where it was flown", table((), [("mission", f"{name}.toml")]))
         parts = [heading("The gains", "g"), gains, heading("Margins", "m"), loops, heading("Flights", "f"), flights, own]
@@ -602,9 +603,21 @@ def test_two_reports_of_a_kind_are_compared_by_the_values_of_their_tables_and_no
     assert "<td>K<sub>r1</sub> [N s/m]: tuned</td><td>2.5</td><td>7.25</td>" in text.replace("\N{NO-BREAK SPACE}", " ")
     told = plain(text.split("What their reports say first</h2>")[1])
     assert "answer Answer a. Answer b. loop at rest sound sound succeed 2.5 % 7.25 %" in told
-    assert "Margins a b roll: delay [ms] 51.7 23.8" in told and "Where it was flown a b mission a.toml b.toml" in told
+    alone = "pitch: phase [°] 41 – pitch: delay [ms] 43 – thrust: phase [°] – 70 thrust: delay [ms] – 90"
+    assert f"Margins a b roll: delay [ms] 51.7 23.8 {alone}" in told and "Where it was flown a b mission a.toml b.toml" in told
     assert not any(one in told for one in ("k_v", "yaw", "17", "seed", "k_x", "of them", "second / first"))
     assert '<b class="good"><span aria-hidden="true">✓</span> loop sound</b>' in answer(tmp_path, "/").text
+
+
+def test_of_two_flights_by_one_controller_the_gains_that_differ_are_told(tmp_path):
+    laws = {"k_x": [9.0, 9.0, 9.0], "k_R": [0.6, 0.6, 0.2], "k_i": 1.0, "nets": {"on": True}}, {"k_x": None, "k_i": 1.0}
+    for name, law in zip("ab", laws, strict=True):
+        spoilt(tmp_path / name, name=name, mission={"controller": {"type": "geometric", **law}}, outcome="completed")
+    text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
+    told = "controller.k_x 9 default controller.k_R 0.6, 0.6, 0.2 default controller.nets.on on default"
+    assert f"controller geometric geometric {told}" in text and "k_i" not in text
+    spoilt(tmp_path / "c", name="c", mission={"controller": {"type": "pid", "k_x": 1.0}}, outcome="completed")
+    assert "k_x" not in plain(answer(tmp_path, "/compare?a=a&b=c").text), "of another law it is another gain"
 
 
 def test_the_numbers_of_a_row_have_one_unit_and_a_lost_flight_s_last_state_is_no_row(tmp_path):

@@ -236,10 +236,10 @@ def key_parts(key: str) -> list[str]:
     return found
 
 
-def dotted(table: Mapping[str, object], whole: Callable[[dict[str, object]], bool], prefix: str = "") -> dict[str, object]:
+def dotted(table: Mapping[str, object], whole: Callable[..., bool] = lambda _: False, prefix: str = "") -> dict[str, object]:
     """Nested tables as one table with dotted keys.
 
-    whole: whether a table counts as a value. Raises ValueError for a key given twice.
+    whole: whether a table counts as a value; none does by default. Raises ValueError for a key given twice.
     """
     found: dict[str, object] = {}
     for key, value in table.items():

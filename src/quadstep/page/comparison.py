@@ -20,7 +20,8 @@ from quadstep.metrics.quantities import position_errors
 from quadstep.metrics.registry import AT_REST, Metrics
 from quadstep.metrics.verdict import FlightGrade, scalars
 from quadstep.mission.air import in_words
-from quadstep.page.cards import MARKS, best, picture
+from quadstep.mission.fields import dotted
+from quadstep.page.cards import MARKS, best, part, picture
 from quadstep.page.folder import (
     REPORT,
     ResultFolder,
@@ -46,16 +47,6 @@ ONE_AT_A_TIME = threading.Lock()
 """Held while Matplotlib draws, whose settings belong to all requests."""
 
 RMSE, MARGINS = "position_rmse[m]", "its margins"
-
-STYLE = """<style>
-.two { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 12px; }
-.two figure { margin: 0; }
-.two img { width: 100%; max-width: 100%; max-height: 20rem; object-fit: contain; background: none; }
-.two img[src^="/thumb/"] { display: block; max-width: 22rem; margin: auto; }
-.two i { display: inline-block; width: 26px; border-top: 3px solid; margin: 0 6px 4px -32px; }
-.two i.orange { border-top-style: dashed; } .two i.band { border-width: 8px; opacity: .26; margin-bottom: 2px; }
-.two span { display: block; padding-left: 32px; }
-</style>"""
 
 
 def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Metrics, Metrics], root: Path) -> str:
@@ -114,7 +105,8 @@ def compared_page(results: tuple[ResultFolder, ResultFolder], contents: tuple[Me
         rest = markup.table(header, [*margins, *(measured[key] for key in others[:MOST_ROWS])], escape)
         body.append(markup.disclosure("all else that is not 0 in both", rest))
     body += [] if keys or not rows else differing_tables(names, *(root / one.place for one in results))
-    return markup.page_text(" and ".join(quoted), [*body, markup.links([("/", "All results")])], "Comparison of two", STYLE)
+    body.append(markup.links([("/", "All results")]))
+    return markup.page_text(" and ".join(quoted), body, "Comparison of two", part("comparison.css"))
 
 
 def differing_tables(names: list[str], *folders: Path) -> list[str]:
@@ -123,13 +115,31 @@ def differing_tables(names: list[str], *folders: Path) -> list[str]:
     with suppress(UserError, OSError):
         for title, rows in differences(*folders).items():
             body += [markup.heading(title, f"differs-{len(body)}"), markup.table(("", *names), rows[:MOST_ROWS])]
-    return [markup.paragraph("Values that both reports have and that differ:"), *body] if body else []
+    return [markup.paragraph("What their tables say differently; –: only the other report says it."), *body] if body else []
+
+
+def gains(*contents: Metrics) -> list[list[str]]:
+    """A row for each key of a controller of one kind in which two missions differ; without a value it is the default."""
+    with suppress(ValueError):  # of a file that names a key twice
+        first, second = (dotted(section(section(one, "mission"), "controller")) for one in contents)
+        if first.get("type") == second.get("type"):
+            keys = [key for key in {**first, **second} if first.get(key) != second.get(key)]
+            return [[f"controller.{key}", in_short(first.get(key)), in_short(second.get(key))] for key in keys[:MOST_ROWS]]
+    return []
+
+
+def in_short(value: object) -> str:
+    """A value of a mission; one that all axes share once."""
+    parts, said = value if isinstance(value, list) else [value], {"None": "default", "True": "on", "False": "off"}
+    each = [f"{one:g}" if isinstance(one, float) else said.get(str(one), str(one)) for one in parts]
+    return units.numerals(each[0] if len({*each}) == 1 else ", ".join(each))
 
 
 def grades(*contents: Metrics) -> list[list[str]]:
     """Rows of the controllers and grades of both flights, and of both loops at rest, where both are known."""
     rows = [
         ["controller", *map(controller, contents)],
+        *gains(*contents),
         ["grade", *(MARKS[found][2] if (found := grade(one)) in MARKS else found for one in contents)],
         ["loop at rest", *map(loop_grade, contents)],
         [MARGINS, *(str(section(one, AT_REST).get("why", "")) for one in contents)],

@@ -14,14 +14,15 @@ NUMBER = re.compile(r"[−-]?\d[\d.,]*(?:\s×\s.*)?")
 
 
 def differences(first: Path, second: Path) -> dict[str, list[list[str]]]:
-    """By the heading of a table, a row for each value that both results have and that differs: of what it is, and both.
-    Links are not followed. Raises UserError, OSError for a report that cannot be read.
+    """By the heading of a table that both results have, a row for each value that differs: of what it is, and both, a dash
+    where one has none. Links are not followed. Raises UserError, OSError for a report that cannot be read.
     """
     front, behind = ({place[:2]: place[2] for place in values(report_text(folder))} for folder in (first, second))
-    found: dict[str, list[list[str]]] = {}
-    for (heading, what), value in front.items():
-        if value != (other := behind.get((heading, what), value)):
-            found.setdefault(heading, []).append([what, value, other])
+    both, found = {heading for heading, _ in front} & {heading for heading, _ in behind}, dict[str, list[list[str]]]()
+    for heading, what in front | behind:
+        says = [one.get((heading, what), "–") for one in (front, behind)]
+        if heading in both and says[0] != says[1] and not ("–" in says and NUMBER.match(what)):
+            found.setdefault(heading, []).append([what, *says])
     return found
 
 

@@ -65,9 +65,8 @@ def legend(panel: Panel) -> list[str]:
 def legends(panels: Sequence[Panel], rows: int) -> list[list[str]]:
     """Of panels below one another in columns of so many rows: nothing where it repeats the one above, or all are alike."""
     found, above, said = [], list[str](), [*map(legend, panels)]
-    alike = all(one == said[0] for one in said)
     for place, now in enumerate(said):
-        above = above if place % rows or alike else []
+        above = above if place % rows or said.count(said[0]) == len(said) else []
         found.append(now if now != above else [])
         above = now or above
     return found

@@ -81,16 +81,11 @@ def is_free(key: str, free: tuple[str, ...]) -> bool:
     return any(f"{key}.".startswith(f"{one}.") for one in free)
 
 
-def no_value(_: object) -> bool:
-    """No table counts as a value."""
-    return False
-
-
 def submitted(text: str, ground: Ground) -> Mission:
     """The class's mission with what a submission says; that may differ in free keys only. Raises UserError, also for files."""
     given = parse_toml(text, SOURCE)
-    content, leaves = ground.content, dotted(given, no_value)
-    wanted = {**dotted(ground.usual, no_value), **dotted(content, no_value)}
+    content, leaves = ground.content, dotted(given)
+    wanted = {**dotted(ground.usual), **dotted(content)}
     for key, value in leaves.items():
         if wanted.get(key) == value or key == "name":
             continue

@@ -30,7 +30,6 @@ from quadstep.studies.class_flight import (
     SubmissionResult,
     is_free,
     may_rank,
-    no_value,
 )
 from quadstep.studies.classroom import Attempt, Member, Refusal, Room
 from quadstep.studies.tuning.gains import filled_in
@@ -305,7 +304,7 @@ def allowed(gain: Gain) -> str:
 def first_text(mission: Mission, ground: Ground) -> str:
     """What a student begins with: what is free, commented out, with values, units and meanings; "" without any."""
     values, law, free = filled_in(mission), mission.controller.controller, ground.free
-    keys = {key: one for key, one in dotted(ground.usual, no_value).items() if not key.startswith("controller.")}
+    keys = {key: one for key, one in dotted(ground.usual).items() if not key.startswith("controller.")}
     others = [f"# {key} = {json.dumps(value)}" for key, value in keys.items() if value is not None and is_free(key, free)]
     gains = (
         (f"# {key} = {written(rounded(values[key]), one.stands_for_three)}", one) for key, one in free_gains(mission, free)

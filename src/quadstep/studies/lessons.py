@@ -146,7 +146,7 @@ def changed_keys(task: LessonTask, mission: Mission) -> list[Case]:
         full.append(cast("dict[str, object]", plain(check_mission(only(given, named), "", mission.folder).model_dump())))
     except UserError as error:
         return [Case("mission", f"only {', '.join((*task.same, *task.free))} may be given; with these alone{error}")]
-    found, wanted = (dotted(one, lambda _: False) for one in full)
+    found, wanted = (dotted(one) for one in full)
     return [
         Case(key, wrong(key, shown(wanted.get(key)), shown(found.get(key))))
         for key in dict.fromkeys((*found, *wanted))

@@ -30,9 +30,7 @@ SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 
 
 def facts(summary: CampaignSummary, which: str = "", since: str = "") -> list[markup.Fact]:
-    """The largest quantile of each metric that is known, or what one flight has. which: flights these are, if not all; since:
-    when errors count.
-    """
+    """Of each metric the largest quantile, or what one flight has. which: flights, if not all; since: when errors count."""
     found = []
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)

@@ -103,7 +103,7 @@ def read_back(value: object) -> object:
 
 def leaves(value: object) -> dict[str, object]:
     """The values in a table by dotted key; a value that is not a table has an empty key."""
-    return dotted(value, lambda _: False) if isinstance(value, dict) else {"": value}
+    return dotted(value) if isinstance(value, dict) else {"": value}
 
 
 def text_of(value: object, digits: int = 6) -> str:

@@ -98,13 +98,8 @@ def summarise(done: Sequence[FinishedPiece]) -> RareSummary:
     kinds = dict[str, float]()
     for event in (event for one in own for event in one.events):
         kinds[event.failure] = kinds.get(event.failure, 0.0) + event.probability / len(own)
-    others = dict[str, list[float]]()
-    for one in (one for one in done if one not in own):
-        others.setdefault(f"{one.method.words}, {one.score}", []).append(one.probability)
-    opinions = {
-        what: interval(np.array(some), crude) if some[1:] else Estimate(some[0], math.nan, math.nan)
-        for what, some in others.items()
-    }
+    others = [(f"{one.method.words}, {one.score}", one.probability) for one in done if one not in own]
+    opinions = {name: interval(np.array([one for what, one in others if what == name]), crude) for name, _ in others}
     near = sorted((event.nearest for one in done for event in one.events if event.nearest), key=lambda one: -one.deviations)
     nearest = tuple({one.failure: one for one in near if one.failure in kinds}.values())[::-1]
     again = [one.again for one in own if one.again]
@@ -131,9 +126,11 @@ def interval(probabilities: Floats, crude: Crude) -> Estimate:
 
     Estimates of small probabilities scatter by factors: they are assumed log-normal, and the interval is Cox's for the mean
     (Zhou and Gao 1997) with Student's quantile. If some are 0, it begins at 0 and ends at Student's for the numbers
-    themselves; if all are, it is that of the crude flights.
+    themselves; if all are, it is that of the crude flights. A single estimate has none.
     """
     count, mean = len(probabilities), float(probabilities.mean())
+    if count == 1:
+        return Estimate(mean, math.nan, math.nan)
     if mean == 0.0:
         return Estimate(0.0, 0.0, crude.rate.high)
     quantile = student_quantile(0.5 * (1.0 + LEVEL), count - 1)
