@@ -5,7 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from quadstep.control.state_space_backstepping import StateSpaceBackstepping, StateSpaceMemory, predicted, steps
+from quadstep.control.state_space_backstepping import StateSpaceBackstepping, predicted, steps
+from quadstep.control.vectoring import PositionIntegral
 from quadstep.interfaces.controller import Measured
 from quadstep.interfaces.plant import Reference
 from quadstep.mission.listings import load_preset
@@ -40,7 +41,7 @@ def array(v):
 
 def rate(t, y):
     """Position, velocity, rotation, body rates, e0, under the law sampled all the time."""
-    command, _ = StateSpaceBackstepping().law(StateSpaceMemory(Vector(y[18:21])), measured(y), reference(t), GAINS, t, 1e-6)
+    command, _ = StateSpaceBackstepping().law(PositionIntegral(Vector(y[18:21])), measured(y), reference(t), GAINS, t, 1e-6)
     rotation, rates, inertia = y[6:15].reshape(3, 3), y[15:18], array(MODEL.inertia)
     p, q, r = rates
     turn = rotation @ np.array([[0.0, -r, q], [r, 0.0, -p], [-q, p, 0.0]])

@@ -19,6 +19,7 @@ from typing import ClassVar, NamedTuple
 from quadstep.control.vectoring import (
     ZERO,
     BelievedBody,
+    PositionIntegral,
     Pull,
     Turn,
     angular_of,
@@ -60,12 +61,6 @@ class GeometricGains(NamedTuple):
     integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
 
 
-class GeometricMemory(NamedTuple):
-    """integral: of the position error [m s]."""
-
-    integral: Vector
-
-
 @dataclass(frozen=True)
 class Geometric(Controller):
     """Position and attitude loop in one, at the attitude loop's rate."""
@@ -78,25 +73,25 @@ class Geometric(Controller):
     )
     Gains = GeometricGains
 
-    def start(self, measured: Measured, gains: GeometricGains) -> GeometricMemory:
-        return GeometricMemory(vector(0.0, 0.0, 0.0))
+    def start(self, measured: Measured, gains: GeometricGains) -> PositionIntegral:
+        return PositionIntegral()
 
-    def enter(self, measured: Measured, reference: Reference, gains: GeometricGains) -> GeometricMemory:
+    def enter(self, measured: Measured, reference: Reference, gains: GeometricGains) -> PositionIntegral:
         """Against a constant force the law leans by what it believes of its own acceleration: so does the integral."""
         push, over = push_against(measured, reference, gains), measured.thrust / gains.mass
 
-        def with_lean(lean: Vector) -> GeometricMemory:
+        def with_lean(lean: Vector) -> PositionIntegral:
             across = rotation_matrix(measured.attitude) @ vector(lean[1], -lean[0], 0.0)
-            return GeometricMemory(integral_for(push + over * across, gains.integral, gains.integral_bound))
+            return PositionIntegral(integral_for(push + over * across, gains.integral, gains.integral_bound))
 
         command, _ = self.law(with_lean(vector(0.0, 0.0, 0.0)), measured, reference, gains, 0.0, 0.0)
         missing, stiffness = measured.torque - command.torque, gains.inertia * gains.turn_stiffness
         return with_lean(missing / stiffness)
 
     def law(
-        self, memory: GeometricMemory, measured: Measured, reference: Reference, gains: GeometricGains,
+        self, memory: PositionIntegral, measured: Measured, reference: Reference, gains: GeometricGains,
         t: Number, period: Number,
-    ) -> tuple[Command, GeometricMemory]:  # fmt: skip
+    ) -> tuple[Command, PositionIntegral]:  # fmt: skip
         """One sample. The force's rates take the acceleration from the thrust last made, along the thrust axis, without
         drag.
         """
@@ -117,7 +112,7 @@ class Geometric(Controller):
         angular = errors.feed_forward - gains.turn_stiffness * errors.attitude - gains.turn_damping * errors.rates
         torque = gains.inertia * angular + cross(rates, gains.inertia * rates)
         command = Command(force @ axis, torque, wanted.angles)
-        return command, GeometricMemory(project(memory.integral + period * e, gains.integral_bound))
+        return command, PositionIntegral(project(memory.integral + period * e, gains.integral_bound))
 
 
 class GeometricAdaptiveGains(NamedTuple):

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
-from quadstep.control.thrust_extended_backstepping import Push, driving, motion
+from quadstep.control.thrust_extended_backstepping import Push, ThrustExtendedMemory, driving, motion
 from quadstep.control.vectoring import project
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
@@ -64,13 +64,6 @@ class HInfinityGains(NamedTuple):
     integral_bound: Number
     heading: Number
     turning: Number
-
-
-class HInfinityMemory(NamedTuple):
-    """push: the extended thrust. integral: of the position error [m s]."""
-
-    push: Push
-    integral: Vector
 
 
 def solution(weights: Sequence[float], gamma: float) -> list[list[float]] | None:
@@ -125,13 +118,13 @@ class HInfinityLinearisation(Controller):
         found = feedback(tuple(gains.weights), gains.margin, gains.pace)
         return from_fields(HInfinityGains, gains, feedback=Vector(found), integral_bound=gains.steady * found[3] / found[0])
 
-    def start(self, measured: Measured, gains: HInfinityGains) -> HInfinityMemory:
-        return HInfinityMemory(Push(gains.gravity, 0.0), vector(0.0, 0.0, 0.0))
+    def start(self, measured: Measured, gains: HInfinityGains) -> ThrustExtendedMemory:
+        return ThrustExtendedMemory(Push(gains.gravity, 0.0), vector(0.0, 0.0, 0.0))
 
     def law(
-        self, memory: HInfinityMemory, measured: Measured, reference: Reference, gains: HInfinityGains,
+        self, memory: ThrustExtendedMemory, measured: Measured, reference: Reference, gains: HInfinityGains,
         t: Number, period: Number,
-    ) -> tuple[Command, HInfinityMemory]:  # fmt: skip
+    ) -> tuple[Command, ThrustExtendedMemory]:  # fmt: skip
         """One sample: the snap that the law asks for, and the inputs that make it."""
         now = motion(measured, memory.push)
         falling = now.force - vector(0.0, 0.0, gains.gravity)
@@ -148,4 +141,4 @@ class HInfinityLinearisation(Controller):
             snap = snap + one * state
         made = driving(memory.push, snap, measured, reference, gains, period)
         integral = project(memory.integral + period * e, gains.integral_bound)
-        return Command(made.thrust, made.torque), HInfinityMemory(made.push, integral)
+        return Command(made.thrust, made.torque), ThrustExtendedMemory(made.push, integral)

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from quadstep.control.vectoring import integral_for, project
+from quadstep.control.vectoring import PositionIntegral, integral_for, project
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.plant import Model, Reference
@@ -64,12 +64,6 @@ class LqrGains(NamedTuple):
     climb: Vector = gain(None, "", "gains on integral, position and velocity", parts=CLIMB[:-1])
     turn: Vector = gain(None, "", "gains on heading and its rate", parts=TURN[:-1])
     integral_bound: Number = gain(None, "m s", "bound on the integral of the position error")
-
-
-class LqrMemory(NamedTuple):
-    """integral: of the position error, world axes [m s]."""
-
-    integral: Vector
 
 
 def regulator(links: Sequence[float], weights: Sequence[float], price: float) -> list[float]:
@@ -154,22 +148,22 @@ class Lqr(Controller):
             turn=Vector(regulator((1.0,), turn[:-1], turn[-1])),
         )
 
-    def start(self, measured: Measured, gains: LqrGains) -> LqrMemory:
-        return LqrMemory(vector(0.0, 0.0, 0.0))
+    def start(self, measured: Measured, gains: LqrGains) -> PositionIntegral:
+        return PositionIntegral()
 
-    def enter(self, measured: Measured, reference: Reference, gains: LqrGains) -> LqrMemory:
+    def enter(self, measured: Measured, reference: Reference, gains: LqrGains) -> PositionIntegral:
         """The integral gives what the law would not command without it."""
-        command, _ = Lqr.law(self, LqrMemory(vector(0.0, 0.0, 0.0)), measured, reference, gains, 0.0, 0.0)
+        command, _ = Lqr.law(self, PositionIntegral(), measured, reference, gains, 0.0, 0.0)
         missing, yaw = measured.torque - command.torque, heading(measured.attitude)
         left, ahead = missing[0] / gains.inertia[0], -missing[1] / gains.inertia[1]
         s, c, rising = sin(yaw), cos(yaw), (command.thrust - measured.thrust) / gains.mass
         entries = vector(gains.level[0], gains.level[0], gains.climb[0])
         part = vector(c * ahead - s * left, s * ahead + c * left, rising)
-        return LqrMemory(integral_for(part, entries, gains.integral_bound))
+        return PositionIntegral(integral_for(part, entries, gains.integral_bound))
 
     def law(
-        self, memory: LqrMemory, measured: Measured, reference: Reference, gains: LqrGains, t: Number, period: Number
-    ) -> tuple[Command, LqrMemory]:
+        self, memory: PositionIntegral, measured: Measured, reference: Reference, gains: LqrGains, t: Number, period: Number
+    ) -> tuple[Command, PositionIntegral]:
         """One sample. Errors are state less wanted state; positive tilt is what accelerates along the axis."""
         yaw = heading(measured.attitude)
         s, c = sin(yaw), cos(yaw)
@@ -195,7 +189,7 @@ class Lqr(Controller):
             torque=gains.inertia * angular,
             desired_attitude=vector(reference.yaw, forward[3] / gains.gravity, -left[3] / gains.gravity),
         )
-        return command, LqrMemory(project(memory.integral + period * position, gains.integral_bound))
+        return command, PositionIntegral(project(memory.integral + period * position, gains.integral_bound))
 
 
 HORIZON = 1.0
@@ -205,7 +199,7 @@ HORIZON = 1.0
 class PlannedLqrMemory(NamedTuple):
     """lqr: of the regulator. plan: of (x, y, z, yaw) [m, rad]. begun [s]: when it was made."""
 
-    lqr: LqrMemory
+    lqr: PositionIntegral
     plan: Quintic
     begun: Number
 
@@ -273,4 +267,4 @@ class PlannedLqr(Lqr):
         """The regulator's sample on the plan, its integral that of the error to the path: a plan starts without one."""
         command, _ = super().law(memory.lqr, measured, planned(memory, t), gains, t, period)
         integral = memory.lqr.integral + period * (measured.position - reference.position)
-        return command, memory._replace(lqr=LqrMemory(project(integral, gains.integral_bound)))
+        return command, memory._replace(lqr=PositionIntegral(project(integral, gains.integral_bound)))

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from quadstep.control.thrust_extended_backstepping import turning
-from quadstep.control.vectoring import project, torque_for, up_axis
+from quadstep.control.vectoring import PositionIntegral, project, torque_for, up_axis
 from quadstep.interfaces.controller import Command, Controller, Measured
 from quadstep.interfaces.gain import believed, gain, given, usual
 from quadstep.interfaces.plant import Reference
@@ -43,12 +43,6 @@ class StateSpaceGains(NamedTuple):
     integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
     heading: Number = gain(usual(30.0, 2, "yaw"), "1/s^2", "stiffness of the heading", key="k_psi")
     turning: Number = gain(usual(10.0, 1, "yaw"), "1/s", "damping of the heading", key="k_r")
-
-
-class StateSpaceMemory(NamedTuple):
-    """integral: of the position error [m s]."""
-
-    integral: Vector
 
 
 class Climb(NamedTuple):
@@ -160,13 +154,13 @@ class StateSpaceBackstepping(Controller):
     source = "Madani, Benallegue 2006"
     Gains = StateSpaceGains
 
-    def start(self, measured: Measured, gains: StateSpaceGains) -> StateSpaceMemory:
-        return StateSpaceMemory(vector(0.0, 0.0, 0.0))
+    def start(self, measured: Measured, gains: StateSpaceGains) -> PositionIntegral:
+        return PositionIntegral()
 
     def law(
-        self, memory: StateSpaceMemory, measured: Measured, reference: Reference, gains: StateSpaceGains,
+        self, memory: PositionIntegral, measured: Measured, reference: Reference, gains: StateSpaceGains,
         t: Number, period: Number,
-    ) -> tuple[Command, StateSpaceMemory]:  # fmt: skip
+    ) -> tuple[Command, PositionIntegral]:  # fmt: skip
         found, thrust = steps(gains, memory.integral, measured, reference)
         later = predicted(measured, thrust.push, gains.gravity, period)
         ahead, _ = steps(gains, memory.integral + period * found.e1, later, following(reference, period))
@@ -182,4 +176,4 @@ class StateSpaceBackstepping(Controller):
             r1=found.e2,
             r2=vector(e4[0], e4[1], axis[2] * reference.yaw_rate - measured.rates[2]),
         )
-        return command, StateSpaceMemory(project(memory.integral + period * found.e1, gains.integral_bound))
+        return command, PositionIntegral(project(memory.integral + period * found.e1, gains.integral_bound))

@@ -47,6 +47,12 @@ class DesiredAttitude(NamedTuple):
         return yaw_pitch_roll(quaternion_of(self.rotation))
 
 
+class PositionIntegral(NamedTuple):
+    """The memory of a law that has only this: the integral of the position error, world axes [m s]."""
+
+    integral: Vector = vector(0.0, 0.0, 0.0)
+
+
 class Direction(NamedTuple):
     """A unit vector with its first and second rate."""
 
