@@ -60,7 +60,7 @@ VARY = """
 """The stronger disturbances end some flights early, so that columns have gaps."""
 
 STORE = 80 * 2**20
-TASK = "ray::quadstep_span"
+TASK = "ray::quadstep_task"
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 
@@ -76,20 +77,17 @@ def priors(free: Sequence[Free], p: PredictorParameters, averages: dict[str, Ave
 def first_guess(problem: PredictionProblem, point: Floats, weights: ErrorWeights) -> Floats:
     """The best of several lags, delays and inertias, as the start of the search."""
     keys = [one.key for one in problem.batch.free]
-    tries = []
-    for lag in (0.02, 0.05, 0.12):
-        for delay in (0.0, 0.02):
-            for factor in (0.6, 1.0, 2.0):
-                guess = point.copy()
-                guess[keys.index("rotor.rise_time")] = math.log(lag)
-                guess[keys.index("command.delay")] = delay
-                for axis in (0, 1):
-                    guess[keys.index(f"inertia[{axis}]")] += math.log(factor)
-                tries.append(guess)
-    residuals = problem.residuals([point, *tries])
+    tries = [point]
+    for lag, delay, factor in product((0.02, 0.05, 0.12), (0.0, 0.02), (0.6, 1.0, 2.0)):
+        guess = point.copy()
+        guess[keys.index("rotor.rise_time")] = math.log(lag)
+        guess[keys.index("command.delay")] = delay
+        guess[[keys.index("inertia[0]"), keys.index("inertia[1]")]] += math.log(factor)
+        tries.append(guess)
+    residuals = problem.residuals(tries)
     middle = np.median(np.linalg.norm(residuals, axis=-1), axis=-1)
     costs = (weights.table * np.minimum(middle, 1e2)).sum(axis=(1, 2))
-    return [point, *tries][int(np.argmin(costs))]
+    return tries[int(np.argmin(costs))]
 
 
 def limits_guess(problem: PredictionProblem, point: Floats, weights: ErrorWeights) -> Floats:
@@ -99,11 +97,10 @@ def limits_guess(problem: PredictionProblem, point: Floats, weights: ErrorWeight
     """
     keys = [one.key for one in problem.batch.free]
     tries = [point]
-    for reach in (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0):
-        for steepest in (0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0):
-            guess = point.copy()
-            guess[keys.index("prediction.reach")] = math.log(reach)
-            guess[keys.index("prediction.steepest")] = math.log(steepest)
-            tries.append(guess)
+    for reach, steepest in product((1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0), (0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)):
+        guess = point.copy()
+        guess[keys.index("prediction.reach")] = math.log(reach)
+        guess[keys.index("prediction.steepest")] = math.log(steepest)
+        tries.append(guess)
     costs = [cost(residuals, weights) for residuals in problem.residuals(tries)]
     return tries[int(np.argmin(costs))]

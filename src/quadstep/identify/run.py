@@ -17,6 +17,7 @@ from quadstep.identify.residual import Followed, followed, trained
 from quadstep.identify.uses import TUNED, cards, tuning, uses
 from quadstep.identify.vehicle_file import as_written, identified_vehicle, with_marks
 from quadstep.io.errors import UserError
+from quadstep.io.grouping import by_first
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.airframe_tables import ResidualSection
 from quadstep.report import markup
@@ -201,9 +202,7 @@ def evidence(
 ) -> Evidence:  # fmt: skip
     """What was found. start: the vehicle that it began with; found: `followers`; notes: on its logs."""
     period = flights[0].period
-    reasons: dict[str, list[str]] = {}
-    for key, reason in run.found.kept.items():
-        reasons.setdefault(reason, []).append(in_words(key))
+    reasons = by_first((reason, in_words(key)) for key, reason in run.found.kept.items())
     kept = [f"Kept from the starting vehicle: {listed(keys)} ({reason})." for reason, keys in reasons.items()]
     several = {"": (run.commands, run.guided), ", with the learned residual": (run.commands_residual, run.guided_residual)}
     tables = [

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 from quadstep.io import user_code
 from quadstep.io.errors import MissingExtraError, UserError, unknown_name
+from quadstep.io.grouping import by_first
 from quadstep.io.places import Place, place
 from quadstep.io.user_code import NAMED
 
@@ -39,10 +40,7 @@ def registered(group: str) -> "Mapping[str, Sequence[EntryPoint]]":
     """
     from importlib.metadata import entry_points  # noqa: PLC0415 (30 ms, which commands do not need to start)
 
-    by_name: dict[str, list[EntryPoint]] = {}
-    for one in sorted(entry_points(group=group), key=lambda one: (one.name, origin(one))):
-        by_name.setdefault(one.name, []).append(one)
-    return by_name
+    return by_first((one.name, one) for one in sorted(entry_points(group=group), key=lambda one: (one.name, origin(one))))
 
 
 def entry_point(group: str, name: str) -> "EntryPoint":
@@ -190,8 +188,4 @@ def named(own: Iterable[str], group: str) -> tuple[str, ...]:
 
 def all_installed() -> dict[str, list[Place]]:
     """Those of all groups, by name."""
-    found: dict[str, list[Place]] = {}
-    for group in GROUPS:
-        for name, one in installed(group).items():
-            found.setdefault(name, []).append(one)
-    return found
+    return by_first(pair for group in GROUPS for pair in installed(group).items())

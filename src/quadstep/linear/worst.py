@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from quadstep.io.grouping import by_first
 from quadstep.linear.analysis import Analysis, least
 from quadstep.linear.grade import FALLS, FRAGILE, RISES, UNKNOWN, UNSTABLE, explained, graded
 from quadstep.linear.margins import Margins
@@ -107,10 +108,7 @@ def cells(one: Analysis) -> list[str]:
 
 def refused(loops: Loops) -> list[str]:
     """A line for each reason why loops cannot be linearised: their names or, if many, their number and the first."""
-    alike: dict[str, list[tuple[str, str]]] = {}
-    for name, one in loops:
-        if isinstance(one, str):
-            alike.setdefault(NUMBER.sub("", one), []).append((name, one))
+    alike = by_first((NUMBER.sub("", one), (name, one)) for name, one in loops if isinstance(one, str))
     return [f"{whose([name for name, _ in those], len(loops))}: {those[0][1]}" for those in alike.values()]
 
 

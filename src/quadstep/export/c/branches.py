@@ -19,6 +19,7 @@ from quadstep.export.c.structs import (
     stored,
     structure_in_memory,
 )
+from quadstep.io.grouping import by_first
 from quadstep.numbers import Matrix, Structure, Vector, flatten
 from quadstep.numbers.operation import OPERATIONS
 from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped
@@ -151,10 +152,7 @@ class Uses:
 def branches(nodes: Sequence[Node], needed: Sequence[int], wanted: set[int], joined: Mapping[int, int]) -> dict[int, Branches]:
     """The choices worth an `if`, by the last of each: outer ones first, so that a number ends in the innermost."""
     uses = Uses(nodes, needed, wanted, joined)
-    choosing: dict[int, list[int]] = {}
-    for place in needed:
-        if nodes[place].operation == "where":
-            choosing.setdefault(nodes[place].operands[0], []).append(place)
+    choosing = by_first((nodes[place].operands[0], place) for place in needed if nodes[place].operation == "where")
     found: dict[int, list[int]] = {}
     owners: dict[int, tuple[int, int]] = {}
     taken: set[int] = set()

@@ -172,10 +172,8 @@ def initialiser(value: Structure, precise: bool, path: str = "", depth: int = 1)
             brackets = ("{", "}") if hasattr(field, "_fields") else ("{{", "}}")
             texts = ["\n".join(initialiser(one, precise, f"{path}{name}.", depth + 1)) for one in structs]
             lines += [f"{indent}.{name} =", indent + brackets[0], f"\n{indent}}},{{\n".join(texts), f"{indent}{brackets[1]},"]
-        elif array is None:
-            lines.append(f"{indent}.{name} = {array_literal(f'{path}{name}', Array((), (field,)), precise)},")
         else:
-            lines.append(f"{indent}.{name} = {array_literal(f'{path}{name}', array, precise)},")
+            lines.append(f"{indent}.{name} = {array_literal(f'{path}{name}', array or Array((), (field,)), precise)},")
     return lines
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from quadstep.identify.logs.series import PackedMessages, Topics, by_topic, columns_of, layout_of, rows_of
 from quadstep.io import files
 from quadstep.io.errors import UserError
+from quadstep.io.grouping import by_first
 
 HEAD = b"\xa3\x95"
 FORMAT, FORMAT_LENGTH = 0x80, 89
@@ -56,10 +57,7 @@ def parameters(logged: PackedMessages) -> dict[str, list[float]]:
     if not {"Name", "Value"} <= set(rows.dtype.names or ()):
         return {}
     named = zip(rows["Name"], rows["Value"], strict=True)
-    found: dict[str, list[float]] = {}
-    for name, value in named:
-        found.setdefault(bytes(name).rstrip(b"\0").decode("latin-1"), []).append(float(value))
-    return found
+    return by_first((bytes(name).rstrip(b"\0").decode("latin-1"), float(value)) for name, value in named)
 
 
 def walked(content: bytes, topics: list[str]) -> tuple[dict[str, PackedMessages], dict[str, dict[str, str]], int]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from quadstep.identify.logs.flight import Floats
 from quadstep.io import files
 from quadstep.io.errors import UserError, cut, shorten
+from quadstep.io.grouping import by_first
 
 MOST_ROWS = 500_000
 FEWEST_ROWS = 20
@@ -117,12 +118,8 @@ class Topics(NamedTuple):
 
 def by_topic(names: Iterable[str]) -> dict[str, list[str]]:
     """Fields by topic; the topic's name ends at the first dot."""
-    found: dict[str, list[str]] = {}
-    for name in names:
-        topic, _, field = name.partition(".")
-        if field:
-            found.setdefault(topic, []).append(field)
-    return found
+    parts = (name.partition(".") for name in names)
+    return by_first((topic, field) for topic, _, field in parts if field)
 
 
 def refuse_many(path: Path, rows: Mapping[str, int], fields: Mapping[str, list[str]]) -> None:

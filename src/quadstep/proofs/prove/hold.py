@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.io.errors import UserError
+from quadstep.io.grouping import by_first
 from quadstep.linear.states import quantity
 from quadstep.numbers import flatten
 from quadstep.numbers.affine import HALF_UNIT, UP
@@ -232,12 +233,8 @@ def described(loop: SampledLoop, reach: Array) -> list[tuple[str, str]]:
 
 def vehicle_numbers(loop: SampledLoop, reach: Array) -> dict[str, list[float]]:
     """The entries of a vector of the loop's numbers that are the vehicle's, by quantity."""
-    groups: dict[str, list[float]] = {}
-    moving = len(flatten(loop.like.state))
-    for place, name, far in zip(loop.places, loop.names, reach, strict=True):
-        if place < moving:
-            groups.setdefault(name.partition(".")[0], []).append(float(far))
-    return groups
+    moving, every = len(flatten(loop.like.state)), zip(loop.places, loop.names, reach, strict=True)
+    return by_first((name.partition(".")[0], float(far)) for place, name, far in every if place < moving)
 
 
 def number_extents(loop: SampledLoop, reach: Array) -> dict[str, tuple[list[float], str]]:

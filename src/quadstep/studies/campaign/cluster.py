@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from functools import partial
+from importlib import import_module
 from importlib.metadata import version
 from itertools import islice
 from types import ModuleType
@@ -156,16 +157,9 @@ def flown_spans(
     ray: ModuleType, order: Order, waiting: Iterator[ChunkSpan]
 ) -> Generator[tuple[ChunkSpan, pa.Table], None, None]:
     """Spans as they come back, in any order. Raises UserError."""
-
-    def quadstep_span(told: tuple[tuple[tuple[str, str], ...], str, bytes], first: int, past: int) -> object:
-        # Ray sends a nested function by value, so that even a worker without quadstep can report that it has none.
-        from quadstep.studies.campaign.cluster import fly_span  # noqa: PLC0415 (on the worker)
-
-        return fly_span(told, first, past)
-
     told = ray.put(tuple(order))
     return done_on(
-        ray, quadstep_span, waiting, lambda span: (told, span.first, span.past),
+        ray, fly_span, waiting, lambda span: (told, span.first, span.past),
         lambda span: f"flights {span.first} to {span.past - 1}",
     )  # fmt: skip
 
@@ -174,12 +168,19 @@ def done_on(
     ray: ModuleType, function: Callable[..., object], waiting: Iterator[T], given: Callable[[T], tuple[object, ...]],
     said: Callable[[T], str],
 ) -> Generator[tuple[T, Any], None, None]:  # fmt: skip
-    """What a function makes of each on a worker, in any order. given: its arguments; said: it in words. Raises UserError.
+    """What a function of a module makes of each on a worker, in any order. given: its arguments; said: it in words. Raises
+    UserError.
 
     Tasks still running when this ends are ended with the connection: Ray aborts the driver where it cancels a task that
     ends at the same moment.
     """
-    remote = ray.remote(num_cpus=1, max_retries=LOSSES)(function)
+    module, name = function.__module__, function.__name__
+
+    def quadstep_task(*given: object) -> object:
+        # Ray sends a nested function by value, so that even a worker without quadstep can report that it has none.
+        return getattr(import_module(module), name)(*given)
+
+    remote = ray.remote(num_cpus=1, max_retries=LOSSES)(quadstep_task)
     running: dict[object, T] = {}
     while True:
         room = max(0, AHEAD * max(1, cores(ray)) - len(running))

@@ -9,6 +9,7 @@ import math
 from statistics import median as middle
 from typing import NamedTuple
 
+from quadstep.io.grouping import by_first
 from quadstep.metrics.verdict import FlightGrade
 from quadstep.report.units import DIGITS, interval, listed, metric, number, percent, suited, unit_suffix
 from quadstep.studies.comparison.cells import Situation
@@ -102,9 +103,7 @@ def overall(results: Comparison) -> str:
 
 def where_each(results: Comparison) -> str:
     """Who leads in which situations, each named once."""
-    places: dict[tuple[str, ...], list[str]] = {}
-    for one in results.ranked:
-        places.setdefault(tuple(leaders(results, one)), []).append(quoted(results, one))
+    places = by_first((tuple(leaders(results, one)), quoted(results, one)) for one in results.ranked)
     best = [f"{several([*who])} is best in {listed(where)}" for who, where in places.items() if len(who) == 1]
     best[1:] = [one.replace(" is best in ", " in ", 1) for one in best[1:]]
     tied = [f"{several([*who])} are tied in {listed(where)}" for who, where in places.items() if len(who) > 1]

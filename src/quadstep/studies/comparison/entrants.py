@@ -10,6 +10,7 @@ from typing import NamedTuple
 from quadstep.interfaces.controller import BodyRates, Command, Controller, RotorSpeeds, RotorThrusts
 from quadstep.io.documents import parse_json, read_json
 from quadstep.io.errors import MissingExtraError, UserError, errors_in
+from quadstep.io.grouping import by_first
 from quadstep.io.parts import Parts
 from quadstep.io.user_code import in_one_line
 from quadstep.metrics.registry import EFFORTS
@@ -168,12 +169,9 @@ def gains_file(study: ComparisonStudy) -> dict[str, list[Content]]:
     with errors_in(study.source, "tuning.gains"):
         content = read_json(path)
     try:
-        entries: dict[str, list[Content]] = {}
-        for one in content["gains"]:
-            entries.setdefault(str(one["controller"]), []).append(one)
+        return by_first((str(one["controller"]), one) for one in content["gains"])
     except (KeyError, TypeError):
         raise UserError(f"{path}: is not a file of gains written by `quadstep compare`") from None
-    return entries
 
 
 def write_gains(path: Path, entrants: list[Entrant]) -> None:

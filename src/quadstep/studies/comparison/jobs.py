@@ -192,16 +192,9 @@ def on_cores(jobs: Sequence[Job[object]], look: Look) -> Iterator[tuple[Job[obje
 
 def on_cluster(jobs: Sequence[Job[object]], _look: Look) -> Iterator[tuple[Job[object], JobResult]]:
     with connected() as ray:
-
-        def quadstep_job(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str, str]:
-            # Ray sends a function within another as it stands, so that even a worker without quadstep can say so.
-            from quadstep.studies.comparison.jobs import on_worker  # noqa: PLC0415 (on the worker)
-
-            return on_worker(told, packed)
-
         asked = needs()
         given, said = (lambda job: (asked, pickle.dumps(job))), (lambda job: f"the flights of {job.label}")
-        for job, found in done_on(ray, quadstep_job, iter(jobs), given, said):
+        for job, found in done_on(ray, on_worker, iter(jobs), given, said):
             yield job, JobResult(*found)
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from quadstep.io.grouping import by_first
 from quadstep.linear.grade import WORST_FIRST
 from quadstep.metrics.registry import SOUND, at_rest
 from quadstep.metrics.statistics import Estimate
@@ -43,10 +44,7 @@ def large_errors(known: Sequence[tuple[Situation, float]]) -> dict[Situation, fl
     """Above which position RMSE errors are large, where all flights of a situation agree: grades count only the second half
     of a flight that holds a point, and measure others against their own starts.
     """
-    found: dict[Situation, list[float]] = {}
-    for place, one in known:
-        found.setdefault(place, []).append(one)
-    return {place: min(one) for place, one in found.items() if len(one) > 1 and 0.0 < max(one) < 1.001 * min(one)}
+    return {place: min(one) for place, one in by_first(known).items() if len(one) > 1 and 0.0 < max(one) < 1.001 * min(one)}
 
 
 def limit(results: Comparison, vehicle: str) -> str:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from quadstep.io.grouping import by_first
 from quadstep.metrics.registry import AT_REST
 from quadstep.metrics.statistics import LEVEL, NORMAL, Estimate, exact_share, student_quantile
 from quadstep.report import units
@@ -98,8 +99,8 @@ def summarise(done: Sequence[FinishedPiece]) -> RareSummary:
     kinds = dict[str, float]()
     for event in (event for one in own for event in one.events):
         kinds[event.failure] = kinds.get(event.failure, 0.0) + event.probability / len(own)
-    others = [(f"{one.method.words}, {one.score}", one.probability) for one in done if one not in own]
-    opinions = {name: interval(np.array([one for what, one in others if what == name]), crude) for name, _ in others}
+    others = by_first((f"{one.method.words}, {one.score}", one.probability) for one in done if one not in own)
+    opinions = {name: interval(np.array(some), crude) for name, some in others.items()}
     near = sorted((event.nearest for one in done for event in one.events if event.nearest), key=lambda one: -one.deviations)
     nearest = tuple({one.failure: one for one in near if one.failure in kinds}.values())[::-1]
     again = [one.again for one in own if one.again]
