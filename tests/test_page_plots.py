@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from quadstep.page.build import fly_missions
@@ -295,3 +296,38 @@ def test_a_phase_portrait_pairs_what_was_at_the_same_time(open_page, tmp_path):
     assert page.locator("#plots-list .plot").first.locator(".tip").inner_text().count("log.csv") == 1
     page.click(".chip button")
     assert "file" not in page.locator("#legend").inner_text()
+
+
+@pytest.mark.parametrize("plot", ["position", "position-error", "rotors"])
+def test_lines_pass_every_sample_within_a_pixel_in_few_points(open_page, plot):
+    page = open_page()
+    page.hover(f"#plot-{plot}")
+    with page.expect_download() as begun:
+        page.click(f"#plot-{plot} .tools button:has-text('SVG')")
+    flown = dict(zip(page.evaluate("quadstep.columns()"), np.array(page.evaluate("quadstep.rows()")).T, strict=True))
+    values = {
+        "position": [flown[name] for name in "xyz"],
+        "position-error": [flown[f"{name}_d"] - flown[name] for name in "xyz"],
+        "rotors": [flown[f"f{number}"] for number in range(1, 5)],
+    }[plot]
+    paths = re.findall(r'<path d="([^"]+)"[^>]*stroke-width="1.6"', Path(begun.value.path()).read_text(encoding="utf-8"))
+    lines = [np.array(re.findall(r"[ML](-?[\d.]+) (-?[\d.]+)", path), dtype=float) for path in paths[-len(values) :]]
+    assert max(map(len, lines)) < 400 < len(flown["t"]) / 10 + 1
+    most, least = np.max(values), np.min(values)
+    top, bottom = min(line[:, 1].min() for line in lines), max(line[:, 1].max() for line in lines)
+    for line, value in zip(lines, values, strict=True):
+        right, down = (
+            line[0, 0] + flown["t"] / 40.0 * (line[-1, 0] - line[0, 0]),
+            top + (most - value) / (most - least) * (bottom - top),
+        )
+        near = [np.interp(right + aside, *reached.T) for aside in np.linspace(-0.5, 0.5, 17) for reached in ends(line)]
+        assert (np.min(near, axis=0) - 0.6 < down).all() and (down < np.max(near, axis=0) + 0.6).all()
+
+
+def ends(line):
+    """A line with the lowest, and with the highest, of its points in each column of pixels."""
+    columns, at = np.unique(line[:, 0], return_inverse=True)
+    for furthest in (np.minimum, np.maximum):
+        found = np.full(len(columns), furthest.reduce([-np.inf, np.inf]) * -1)
+        furthest.at(found, at, line[:, 1])
+        yield np.column_stack([columns, found])

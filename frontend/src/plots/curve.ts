@@ -27,6 +27,7 @@ export function trace(
   let leave = 0;
   const flush = (): void => {
     if (Number.isNaN(column)) return;
+    if (high - low < 0.5) return void out.push(column, (low + high) / 2); // pixels, which nobody tells apart
     out.push(column, entry);
     if (low !== entry) out.push(column, low);
     if (high !== low) out.push(column, high);
@@ -51,6 +52,28 @@ export function trace(
     }
   }
   flush();
+  return thinned(out);
+}
+
+const SEEN = 0.1; // pixels by which a line may be off
+
+/** The same line in fewer points: one is left out where the straight line between those before and after it passes it by less than is seen. */
+function thinned(points: readonly number[]): number[] {
+  const out: number[] = [];
+  let [low, high] = [-Infinity, Infinity]; // slopes from the last point kept that pass all points left out since
+  for (let i = 0; i < points.length; i += 2) {
+    const [x, y] = [points[i]!, points[i + 1]!];
+    const [across, up] = [x - out[out.length - 2]!, y - out[out.length - 1]!]; // NaN at the first, and where there is a gap
+    const [nextX, nextY] = [points[i + 2]!, points[i + 3]!];
+    if (across > 0 && nextX > x) {
+      low = Math.max(low, (up - SEEN) / across);
+      high = Math.min(high, (up + SEEN) / across);
+      const slope = (nextY - out[out.length - 1]!) / (nextX - out[out.length - 2]!);
+      if (slope >= low && slope <= high) continue;
+    }
+    out.push(x, y);
+    [low, high] = [-Infinity, Infinity];
+  }
   return out;
 }
 
