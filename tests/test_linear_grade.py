@@ -302,7 +302,9 @@ def test_what_the_mission_s_flight_does_comes_before_a_grade_that_leaves_it_out(
     assert quick_grade(read_mission(mission))["why"].endswith("; events are ignored")
     assert said in " ".join(run.out.split())
     report = unescape((tmp_path / "linear" / "report.html").read_text(encoding="utf-8"))
-    assert said.replace(". However", ".</p><p>However") in report.replace("\u00a0", " ").replace("</p>\n", "</p>")
+    assert said.replace(". However", ".</p><p>However").replace("'", "’") in report.replace("\u00a0", " ").replace(
+        "</p>\n", "</p>"
+    )
     ending = said.partition(". However, the ")[2]
     file = write(tmp_path, CAMPAIGN, "campaign.toml")
     for asked in ((file, "--samples", 1), (mission, "--controllers", "lqr")):
