@@ -3,7 +3,6 @@ that cppcheck's addon finds, and why they are there.
 """
 
 import re
-import shutil
 import subprocess
 import tempfile
 import tomllib
@@ -28,10 +27,6 @@ REMARK, STOP = re.compile(r"^ +/\* .* \*/$", re.M), 'asm("");'
 """A remark between statements, and what is written beside it for cppcheck, which stops following values there. Otherwise it
 follows each to the end of its function: 4 min of the processor for `mpc` instead of 17 s. No rule here needs that.
 """
-
-
-def no_cppcheck() -> bool:
-    return shutil.which("cppcheck") is None
 
 
 def deviations(folder: Path, files: list[str]) -> dict[str, int]:

@@ -4,6 +4,7 @@ The folder of `--target c99`: header, source, parameters, a test with golden vec
 """
 
 import hashlib
+import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -20,7 +21,7 @@ from quadstep.export.c.golden import golden, golden_header, test_source
 from quadstep.export.c.header import Exported, header, loops, title
 from quadstep.export.c.source import parameters, source
 from quadstep.export.c.structs import filled
-from quadstep.export.law_sheet import NOTHING, Facts, Measurements, datasheet, deviations, no_cppcheck
+from quadstep.export.law_sheet import NOTHING, Facts, Measurements, datasheet, deviations
 from quadstep.interfaces.closed_loop import Outcome
 from quadstep.io import __version__
 from quadstep.io.doors import Door
@@ -112,7 +113,7 @@ def measurements(exported: Exported, plan: FlightPlan, folder: Path, say: Callab
             except UserError as error:
                 absent.append(f"code, stack and instructions: {error}")
     found = None
-    if no_cppcheck():
+    if shutil.which("cppcheck") is None:
         absent.append("MISRA: cppcheck not found (Debian: cppcheck)")
     else:
         say("checking MISRA rules")
@@ -169,7 +170,6 @@ class ExportRequest(NamedTuple):
 class ExportOutcome(NamedTuple):
     """What was written. lines: about it. warnings: of the mission."""
 
-    exported: Exported
     files: list[str]
     lines: list[str]
     warnings: tuple[str, ...]
@@ -211,7 +211,7 @@ def export_mission(
     say("flying the mission")
     short = mission.shortfall(plan)
     warnings = (*plan.warnings, *([f"{short}: the law is exported as it is"] if short else []))
-    return ExportOutcome(law, [*files, "datasheet.md", MANIFEST], summary(law, found), warnings)
+    return ExportOutcome([*files, "datasheet.md", MANIFEST], summary(law, found), warnings)
 
 
 def summary(law: Exported, measurements: Measurements) -> list[str]:

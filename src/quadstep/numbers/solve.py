@@ -5,11 +5,14 @@ flight, which must be the same to the bit on every machine; the order in which L
 """
 
 from collections.abc import Sequence
+from fractions import Fraction
+from typing import TypeVar
 
 from quadstep.numbers.functions import sqrt
 from quadstep.numbers.vectors import Vector, total
 
 Rows = Sequence[Sequence[float]]
+Entry = TypeVar("Entry", float, Fraction)
 
 
 def factored(rows: Rows) -> tuple[list[list[float]], list[float]]:
@@ -70,10 +73,12 @@ def cholesky(rows: Rows) -> list[list[float]]:
     ]
 
 
-def solve_square(rows: Rows, right: Sequence[float]) -> list[float]:
-    """x of A x = b by elimination, the largest entry of each column first. Raises ValueError where A is singular."""
-    system = [[*row, value] for row, value in zip(rows, right, strict=True)]
-    count = len(system)
+def solve_square(rows: Sequence[Sequence[Entry]], right: Sequence[Entry]) -> list[Entry]:
+    """x of A x = b by elimination, the largest entry of each column first; exact of fractions. Raises ValueError where A is
+    singular.
+    """
+    count = len(right)
+    system = [list(rows[i]) + [right[i]] for i in range(count)]  # noqa: RUF005 (typed alike)
     for i in range(count):
         largest = max(range(i, count), key=lambda k: abs(system[k][i]))
         system[i], system[largest] = system[largest], system[i]
@@ -83,7 +88,7 @@ def solve_square(rows: Rows, right: Sequence[float]) -> list[float]:
             share = system[k][i] / system[i][i]
             for j in range(i + 1, count + 1):
                 system[k][j] -= share * system[i][j]
-    x = [0.0] * count
+    x = list(right)
     for i in range(count - 1, -1, -1):
         value = system[i][count]
         for j in range(i + 1, count):

@@ -10,6 +10,8 @@ from fractions import Fraction
 from math import isqrt
 from typing import NamedTuple
 
+from quadstep.numbers.solve import solve_square
+
 GRID = 2**40
 """Numbers are rounded to multiples of 1 over this, on the safe side, so that exact elimination stays quick."""
 
@@ -39,17 +41,7 @@ def positive_definite(matrix: Sequence[Sequence[Fraction]]) -> bool:
 
 def support(matrix: Sequence[Sequence[Fraction]], direction: Sequence[Fraction]) -> Fraction:
     """direction^T M^-1 direction, M positive definite: the square of the largest direction . x where x^T M x <= 1. Exact."""
-    size = len(direction)
-    rows = [[*matrix[i], direction[i]] for i in range(size)]
-    for i in range(size):
-        for j in range(i + 1, size):
-            factor = rows[j][i] / rows[i][i]
-            rows[j] = [x - factor * y for x, y in zip(rows[j], rows[i], strict=True)]
-    solution = [Fraction(0)] * size
-    for i in reversed(range(size)):
-        rest = sum((rows[i][j] * solution[j] for j in range(i + 1, size)), Fraction(0))
-        solution[i] = (rows[i][size] - rest) / rows[i][i]
-    return sum((a * b for a, b in zip(direction, solution, strict=True)), Fraction(0))
+    return sum((a * b for a, b in zip(direction, solve_square(matrix, direction), strict=True)), Fraction(0))
 
 
 NORMS = ("r1", "I1", "e1", "e2", "r2", "I2", "a", "b", "a_c", "b_c")

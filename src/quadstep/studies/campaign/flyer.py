@@ -11,7 +11,7 @@ from functools import cache
 from importlib import import_module
 from importlib.abc import MetaPathFinder
 from types import ModuleType
-from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, Protocol, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,7 +131,7 @@ class Flyer:
             loop.controller.after_flight(parameters.gains)
         return joined(flights)
 
-    def rehearse(self) -> None:
+    def rehearse(self) -> Self:
         """Build the first flights, so that impossible ones are refused before anything is written, and slow ones are
         announced. Raises UserError.
         """
@@ -139,6 +139,7 @@ class Flyer:
         for _ in self.planner.batches(flights, self.planner.typical):
             pass
         self.say_slow()
+        return self
 
     def say_slow(self) -> None:
         """Say which keys made flights be set up one by one so far, if any did, and what that costs."""
@@ -165,9 +166,7 @@ class Flyer:
 
 def on_lanes(campaign: Campaign) -> Fly:
     """What flies a campaign on the cores of this machine. Raises UserError for one that cannot be flown."""
-    flyer = Flyer(campaign)
-    flyer.rehearse()
-    return flyer.fly_spans
+    return Flyer(campaign).rehearse().fly_spans
 
 
 def table(
@@ -217,9 +216,7 @@ def device_flyer(campaign: Campaign) -> Flyer:
 
 def on_gpu(campaign: Campaign) -> Fly:
     """What flies a campaign there. Raises UserError where there is none, and for a campaign that cannot be flown."""
-    flyer = device_flyer(campaign)
-    flyer.rehearse()
-    return flyer.fly_spans
+    return device_flyer(campaign).rehearse().fly_spans
 
 
 def generated_batch(flyer: Flyer) -> PlannedBatch | None:

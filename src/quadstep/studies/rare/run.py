@@ -69,6 +69,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
     ]
     said = sentences(summary, file.rare.method, campaign.meaning)
     kinds = climbed(record.pieces)
+    rows = [(one.kind, one.method.value, units.number(one.probability), f"{one.flights:,}") for one in record.pieces]
     about = {"version": __version__, "campaign": str(path), "name": file.name, "method": file.rare.method.value}
     return Evidence(
         name=file.name,
@@ -78,7 +79,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         record={**about, **as_json(summary)},
         figures=[Figure(LEVELS, SHOWN + OPINIONS * bool(summary.opinions))] if kinds else [],
         sections=[
-            TableSection("Replicates", "replicates", REPLICATES, [*map(replicate_row, record.pieces)]),
+            TableSection("Replicates", "replicates", REPLICATES, rows),
             *[part for one in summary.nearest for part in nearest(one, campaign.mission, path)],
             TableSection("Settings", "flown", ("", ""), flown),
             TableSection(
@@ -91,10 +92,6 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         grade={} if any(isinstance(one, Choice) for one in file.vary.values()) else summary.rest,  # else of other loops, too
         fold=("replicates", "flown"),
     )
-
-
-def replicate_row(one: FinishedPiece) -> tuple[str, ...]:
-    return one.kind, one.method.value, units.number(one.probability), f"{one.flights:,}"
 
 
 SEE_IT = "To fly it, put these lines in place of [vary] and [[correlated]] into a copy of the campaign file, and fly that."
