@@ -48,7 +48,7 @@ class DesiredAttitude(NamedTuple):
 
 
 class PositionIntegral(NamedTuple):
-    """The memory of a law that has only this: the integral of the position error, world axes [m s]."""
+    """All that several laws remember. integral: of the position error, world axes [m s]."""
 
     integral: Vector = vector(0.0, 0.0, 0.0)
 
