@@ -43,6 +43,7 @@ from quadstep.control.mixers import (
     command_of_thrust,
     thrust_of_command,
 )
+from quadstep.control.vectoring import ZERO
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
 from quadstep.interfaces.gain import given, nested
 from quadstep.interfaces.plant import Reference
@@ -70,8 +71,6 @@ LEAST_BEYOND = 5e-11
 
 LEAN_SHARE = 0.8
 """Of the throttle from which the lean is limited so that the height can be kept."""
-
-ZERO = vector(0.0, 0.0, 0.0)
 
 
 class ArduPilotCascadeGains(NamedTuple):

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from quadstep.control.mixers import FULL, OnQuarters, crazyflie_thrusts
-from quadstep.control.vectoring import boxed, desired_attitude, up_axis
+from quadstep.control.vectoring import ZERO, boxed, desired_attitude, up_axis
 from quadstep.interfaces.controller import Controller, Measured, RotorThrusts
 from quadstep.interfaces.gain import parameter
 from quadstep.interfaces.plant import Reference
@@ -25,8 +25,6 @@ GRAVITY = 9.81
 
 MOST_TURN = 32000.0
 """Of each moment [counts]."""
-
-ZERO = vector(0.0, 0.0, 0.0)
 
 
 class MellingerParameters(NamedTuple):

@@ -21,9 +21,9 @@ from typing import ClassVar, NamedTuple, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.interfaces.controller import Command, G, Measured, U
+from quadstep.interfaces.controller import Command, G, Measured
 from quadstep.interfaces.controller import Controller as Law
-from quadstep.interfaces.plant import Model, Reference
+from quadstep.interfaces.plant import Model, Reference, U
 from quadstep.io.user_code import defined_at
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.scan import call, raise_pending, register, release

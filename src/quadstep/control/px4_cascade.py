@@ -33,6 +33,7 @@ from quadstep.control.px4_loops import (
     position_loop,
     rate_loop,
 )
+from quadstep.control.vectoring import ZERO
 from quadstep.interfaces.controller import Controller, Measured, RotorSpeeds
 from quadstep.interfaces.gain import given, parameter, switch
 from quadstep.interfaces.plant import Reference
@@ -40,8 +41,6 @@ from quadstep.numbers import Number, Vector, clip, maximum, vector, where
 from quadstep.numbers.rotations import yaw_pitch_roll
 
 RADIANS = math.pi / 180.0
-
-ZERO = vector(0.0, 0.0, 0.0)
 
 
 class Px4RateParameters(NamedTuple):

@@ -14,7 +14,7 @@ from typing_extensions import TypeVar
 
 from quadstep.interfaces.gain import Declaration, Gain, StatedGains, Undecided, cached_by_class, declared, with_defaults
 from quadstep.interfaces.learning import Learning
-from quadstep.interfaces.plant import Model, Reference
+from quadstep.interfaces.plant import Model, Reference, U, Y
 from quadstep.numbers import Number, Vector, vector, where
 from quadstep.numbers.noise import Key
 
@@ -29,14 +29,8 @@ NO_KEY = Key(NOTHING)
 M = TypeVar("M", default=Any)
 """The memory of a law: a `NamedTuple`, or () if it remembers nothing."""
 
-Y = TypeVar("Y", default=Any)
-"""What a law measures."""
-
 G = TypeVar("G", default=Any)
 """The gains of a law."""
-
-U = TypeVar("U", default=Any)
-"""What a law commands."""
 
 
 class Command(NamedTuple):

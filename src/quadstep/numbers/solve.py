@@ -155,13 +155,11 @@ def rank(rows: Sequence[Vector], tolerance: float) -> int:
     return taken
 
 
-Square = Sequence[Sequence[float]]
-
 MOST_STEPS, SMALL = 100, 1e-15
 """Most steps of Newton's method for the sign of a matrix, and the relative step at which it has converged."""
 
 
-def product(a: Square, b: Square) -> list[list[float]]:
+def product(a: Rows, b: Rows) -> list[list[float]]:
     columns = list(zip(*b, strict=True))
     return [[dot(row, column) for column in columns] for row in a]
 
@@ -174,11 +172,11 @@ def dot(a: Sequence[float], b: Sequence[float]) -> float:
     return value
 
 
-def transposed(a: Square) -> list[list[float]]:
+def transposed(a: Rows) -> list[list[float]]:
     return [list(column) for column in zip(*a, strict=True)]
 
 
-def riccati(a: Square, s: Square, q: Square) -> list[list[float]]:
+def riccati(a: Rows, s: Rows, q: Rows) -> list[list[float]]:
     """The stabilising X of A^T X + X A - X S X + Q = 0. Raises ValueError where there is none.
 
     From the sign of the Hamiltonian matrix (Roberts 1980), by Newton's method with the scaling of Higham (1986).
@@ -205,12 +203,12 @@ def riccati(a: Square, s: Square, q: Square) -> list[list[float]]:
     return x
 
 
-def left_over(a: Square, s: Square, q: Square, x: Square) -> float:
+def left_over(a: Rows, s: Rows, q: Rows, x: Rows) -> float:
     """The largest entry of the equation's residual for X."""
     forward, square = product(x, a), product(x, product(s, x))
     n = len(a)
     return size([[forward[j][i] + forward[i][j] - square[i][j] + q[i][j] for j in range(n)] for i in range(n)])
 
 
-def size(a: Square) -> float:
+def size(a: Rows) -> float:
     return max(abs(one) for row in a for one in row)

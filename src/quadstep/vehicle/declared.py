@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Generic, NamedTuple
 
 from typing_extensions import TypeVar
 
-from quadstep.interfaces.plant import Drawn, Model, Reference
+from quadstep.interfaces.plant import Drawn, H, Model, Reference, U, X
 from quadstep.numbers import Number, Vector
 
 N = TypeVar("N", default=Any)
@@ -20,15 +20,6 @@ N = TypeVar("N", default=Any)
 
 L = TypeVar("L", default=Any)
 """Its limits."""
-
-X = TypeVar("X", default=Any)
-"""Its state, which is what its controller is told."""
-
-U = TypeVar("U", default=Any)
-"""Its command."""
-
-H = TypeVar("H", default=Any)
-"""What its actuators are told."""
 
 
 class PlantParameters(NamedTuple, Generic[N, L]):
