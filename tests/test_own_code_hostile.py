@@ -313,7 +313,7 @@ def test_a_law_that_is_not_finite_later_ends_its_flight_and_is_named(tmp_path, e
     run = command(tmp_path, "fly", mission(tmp_path, law(law=LATE)).name, "--engine", engine)
     assert run.code == 3
     assert "Lost at 0.052 s: a number was no longer finite: the law's thrust was nan. The log" in run.out
-    assert "the law&#x27;s thrust was nan" in (tmp_path / "out/hover/report.html").read_text()
+    assert "the law’s thrust was nan" in (tmp_path / "out/hover/report.html").read_text()
 
 
 def test_a_function_that_is_not_finite_at_once_is_refused_and_later_loses_the_flight(tmp_path):

@@ -284,7 +284,7 @@ def test_ids_of_the_report_are_unique_and_references_lead_to_one(page):
 
 def shown(text):
     """What a reader sees of a text whose names are set as symbols."""
-    return html.unescape(re.sub("<[^>]+>", "", rich(text)))
+    return html.unescape(re.sub("<[^>]+>", "", rich(text))).replace("'", "’")
 
 
 def test_the_report_holds_all_figures_and_tables(page, report, claims, metrics):

@@ -66,7 +66,7 @@ SENTENCE = re.compile(
 """Between sentences: not behind an abbreviation."""
 
 QUOTES = re.compile(
-    r"(?s)<(pre|code|script|style|textarea)\b.*?</\1>|<[^>]*>|(?<=>)(?:'|&#x27;)(?=s\b)"
+    r"(?s)<(pre|code|script|style|textarea)\b.*?</\1>|<[^>]*>|(?<=>)(?:'|&#x27;)(?=(?:</span>)?s\b)"
     r"|(?<!\w)(?:'|&#x27;)(?P<said>[^'<]*?)(?:'|&#x27;)(?!\w)|(?<=[\w)])(?:'|&#x27;)"
 )
 """Of a page: what stays as it is, an apostrophe behind a tag, a text in quotes, and any other apostrophe."""
