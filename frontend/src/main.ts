@@ -101,7 +101,8 @@ function start(): void {
         clock.playing.set(!calm);
       }
     }
-    scene?.show();
+    scene?.show(); // it is drawn, and flights are counted, while plots are
+    rates?.show();
     board.show(shown);
     badge(byId("badge"), shown);
     if (another) {

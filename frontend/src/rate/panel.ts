@@ -42,15 +42,18 @@ export class RatePanel {
 
   constructor(
     private readonly page: PageData,
-    session: Session,
+    private readonly session: Session,
   ) {
     fill(byId("rate"), h("h3", {}, "How often does it fail?"), this.words, this.pictures, this.note);
-    session.shown.watch((shown) => shown && this.follow(shown));
+    this.show();
     palette.follow(() => this.request());
     new ResizeObserver(() => this.request()).observe(byId("rate"));
   }
 
-  private follow(shown: Shown): void {
+  /** What is shown now. */
+  show(): void {
+    const shown = this.session.shown.value;
+    if (!shown) return;
     const { data } = shown;
     if (data.id !== this.flight) this.open(data);
     const { rate, pool } = this;

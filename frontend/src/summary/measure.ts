@@ -49,13 +49,15 @@ export function measure(flight: Flight, data: FlightData, given: Inputs | undefi
   const full = most * turning.length;
   const share = thrust !== undefined && Number.isFinite(full) && full > 0 ? largest(turning)! / full : undefined;
   const tilts = tiltOf(flight, given);
+  const axes = axesOf(flight);
+  const asked = accelerations(flight, axes);
   return {
-    ...errors(flight, data.summary),
+    ...errors(flight, data.summary, axes, asked),
     heading: heading(flight, data.summary.since),
     tilt: tilts && greatest(tilts),
     overturned: tilts && overturned(tilts),
-    rateGrowth: rates(flight),
-    shaking: shaking(flight),
+    rateGrowth: rates(flight, asked),
+    shaking: shaking(flight, axes, asked),
     saturated: saturated(flight, data.summary, given),
     share,
     thrust,
@@ -64,8 +66,7 @@ export function measure(flight: Flight, data: FlightData, given: Inputs | undefi
 
 type Errors = Pick<Measures, "rmse" | "largest" | "relative" | "growth" | "holds">;
 
-function errors(flight: Flight, { since, arm }: SummaryData): Errors {
-  const axes = axesOf(flight);
+function errors(flight: Flight, { since, arm }: SummaryData, axes: readonly string[], asked: readonly Float64Array[]): Errors {
   const first = flight.times.findIndex((t) => t >= since);
   const none = { rmse: undefined, largest: undefined, relative: undefined, growth: undefined, holds: false };
   if (!axes.length || flight.rows < 2 || first < 0 || flight.last <= since) return none;
@@ -79,7 +80,7 @@ function errors(flight: Flight, { since, arm }: SummaryData): Errors {
   const from = (places: readonly number[]): number => rms(lengths(wanted.map((values, i) => values.map((value) => value - places[i]!))).map((value) => Math.min(value, FAR)));
   const scale = found.holds ? ARMS * arms : Math.max(Math.min(from(flown.map((values) => values[0]!)), from(wanted.map((values) => values[0]!))), arms);
   const counted = found.holds ? distances.subarray(count >> 1) : distances;
-  return { ...found, relative: scale > 0 ? rms(counted) / scale : undefined, growth: growth(distances, scale, lengths(accelerations(flight, axes)).subarray(first)) };
+  return { ...found, relative: scale > 0 ? rms(counted) / scale : undefined, growth: growth(distances, scale, lengths(asked).subarray(first)) };
 }
 
 /** Along which its position is asked for. */
@@ -104,15 +105,15 @@ function moving(wanted: readonly Float64Array[]): boolean {
   return steps > 1 && wanted.some((values) => greatest(values) + greatest(values.map((value) => -value)) > POINT);
 }
 
-function rates(flight: Flight): number | undefined {
+function rates(flight: Flight, asked: readonly Float64Array[]): number | undefined {
   const names = [["p", "q", "r"], ["psi_dot", "theta_dot", "phi_dot"]].find((some) => flight.has(...some));
-  return names && flight.rows > 1 ? growth(lengths(names.map((name) => flight.column(name)!)), RATE_SCALE, lengths(accelerations(flight, axesOf(flight)))) : undefined;
+  return names && flight.rows > 1 ? growth(lengths(names.map((name) => flight.column(name)!)), RATE_SCALE, lengths(asked)) : undefined;
 }
 
 const SWING = 0.25;
 const GRAVITY = 9.81;
 
-function shaking(flight: Flight): number | undefined {
+function shaking(flight: Flight, axes: readonly string[], accelerations: readonly Float64Array[]): number | undefined {
   const rows = flight.rows;
   if (rows < 2) return undefined;
   const span = flight.times[rows - 1]! - flight.times[0]!;
@@ -120,8 +121,8 @@ function shaking(flight: Flight): number | undefined {
   const first = Math.max(rows >> 1, half);
   const axis = thrustAxis(flight);
   if (!axis || half < 2 || rows - half - first < 2 * half) return undefined;
-  const level = flight.has("x_d", "y_d");
-  const asked = level ? accelerations(flight, ["x", "y"]).map((values) => values.map((value) => value / GRAVITY)) : axis.map(() => new Float64Array(rows));
+  const level = ["x", "y"].map((name) => accelerations[axes.indexOf(name)]?.map((value) => value / GRAVITY));
+  const asked = level.every(Boolean) ? (level as Float64Array[]) : axis.map(() => new Float64Array(rows));
   const [swung, twice] = [axis, asked].map((parts) => rms(lengths(parts.map((values) => fromMean(values, half).subarray(first - half)))));
   return Math.sqrt(Math.max(swung! * swung! - 2 * twice! * (2 * twice!), 0));
 }
