@@ -306,7 +306,9 @@ def test_dragging_flies_the_beginning_and_letting_go_all_of_it(open_page, tmp_pa
 
 
 SCENE_DRAG = """async () => {
-  const slider = document.querySelector("#controls input[type=range][aria-label^='K r1']");
+  const slider = [...document.querySelectorAll("#controls input[type=range]")].find((one) => one.ariaLabel.startsWith(LABEL));
+  const end = () => [...document.querySelectorAll("#labels .end:not([hidden])")].map((one) => one.style.transform).join();
+  const before = end();
   const scene = document.querySelector("#scene"), gl = scene.getContext("webgl2");
   let drawn = 0;
   for (const name of ["drawArrays", "drawElements", "drawArraysInstanced", "drawElementsInstanced"]) {
@@ -316,19 +318,22 @@ SCENE_DRAG = """async () => {
   slider.value = slider.max / 5;
   slider.dispatchEvent(new Event("input"));
   await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
-  const pixels = scene.width / scene.clientWidth;
+  const pixels = scene.width / scene.clientWidth, after = end();
   slider.dispatchEvent(new Event("change"));
-  return [drawn, pixels, scene.width / scene.clientWidth];
+  return [drawn, pixels, scene.width / scene.clientWidth, quadstep.outcome().dragged, before, after, end()];
 }"""
 
 
-def test_the_scene_follows_a_drag_at_the_same_picture_with_fewer_pixels_where_drawing_is_slow(open_page, brief_file):
+@pytest.mark.parametrize("label", ["K r1", "target in"])
+def test_the_scene_follows_a_drag_at_the_same_picture_with_fewer_pixels_where_drawing_is_slow(open_page, brief_file, label):
     page = open_page(file=brief_file, webgl=True)
     page.wait_for_selector("html[data-scene=yes]", state="attached")
+    page.wait_for_function("document.querySelector('#labels .end:not([hidden])')")
     page.evaluate(SLOWER)
     page.evaluate(PATIENT)
-    drawn, dragged, rests = page.evaluate(SCENE_DRAG)
-    assert drawn > 0 and dragged == pytest.approx(0.5, abs=0.01) and rests == 1.0
+    drawn, dragged, rests, still, *ends = page.evaluate(SCENE_DRAG.replace("LABEL", repr(label)))
+    assert drawn > 0 and dragged == pytest.approx(0.5, abs=0.01) and rests == 1.0 and not still
+    assert (ends[0] == ends[1]) == (label == "K r1"), "where a path is another, its beginning alone is known"
 
 
 def test_a_control_that_rests_flies_all(open_page, brief_file):

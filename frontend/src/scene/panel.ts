@@ -88,9 +88,9 @@ export class ScenePanel {
   show(): void {
     const { shown: { value: shown }, kept: { value: kept } } = this.session;
     if (!shown) return;
-    const { data, flight, ghost, given, dragged } = shown;
+    const { data, flight, ghost, given, dragged, whole } = shown;
     this.behind = !ghost && kept !== flight && kept?.has(...data.scene.position, ...data.scene.attitude.columns) ? kept : undefined;
-    this.view.show(data.scene, flight, ghost ?? this.behind, (name) => parameter(given, name), this.flight === data.id, dragged);
+    this.view.show(data.scene, flight, ghost ?? this.behind, (name) => parameter(given, name), this.flight === data.id, dragged, whole !== undefined);
     this.flight = data.id;
     this.legend(shown);
   }

@@ -2,14 +2,11 @@
 
 import {
   BufferGeometry,
-  CircleGeometry,
   Color,
   DirectionalLight,
   HemisphereLight,
   Line,
   LineBasicMaterial,
-  Mesh,
-  MeshBasicMaterial,
   PerspectiveCamera,
   Scene,
   Vector2,
@@ -29,11 +26,12 @@ import { Cameras, type View } from "./cameras";
 import { FINE, Flyer } from "./flyer";
 import { Ground } from "./ground";
 import { Labels, type Spot } from "./labels";
-import { extentOf, pathOf } from "./pose";
+import { pathOf } from "./pose";
 import { shadow } from "./shadow";
 import { Sky } from "./sky";
 import { Streaks } from "./streaks";
 import { Trail } from "./trail";
+import { Wanted } from "./wanted";
 
 const APPARENT = 0.048; // of the picture's height: the least radius the vehicle is drawn with
 const FEWEST = 26; // pixels
@@ -58,8 +56,7 @@ export class SceneView {
   private readonly camera = new PerspectiveCamera(FOV, 1, 0.1, 1000);
   private readonly cameras: Cameras;
   private readonly ground = new Ground();
-  private readonly wanted = new Trail(7, -3);
-  private readonly target = new Mesh(new CircleGeometry(1, 32), new MeshBasicMaterial({ transparent: true, depthWrite: false }));
+  private readonly wanted = new Wanted();
   private readonly logged = new Trail(2, -1, true);
   private readonly sky = new Sky();
   private readonly axes = new Axes();
@@ -70,10 +67,6 @@ export class SceneView {
   private flyer: Flyer | undefined;
   private ghost: Flyer | undefined;
   private data: SceneData | undefined;
-  private centre = new Vector3();
-  private radius = 1;
-  private level = 0;
-  private lowest = 0;
   private loss: { text: string; time: number } | undefined;
   private spot: Spot | undefined;
   private time = 0;
@@ -91,35 +84,27 @@ export class SceneView {
     this.cameras.controls.addEventListener("change", () => this.request());
     const sun = new DirectionalLight("#ffffff", 2.2);
     sun.position.set(-3, -5, 9);
-    this.scene.add(new HemisphereLight("#ffffff", "#8a8f94", 1.7), sun, this.ground.object, this.wanted.object);
-    this.scene.add(this.sky.object, this.logged.object, this.axes.object, this.streaks.object, this.target, this.plumb, this.shade);
-    this.target.renderOrder = -1;
+    this.scene.add(new HemisphereLight("#ffffff", "#8a8f94", 1.7), sun, this.ground.object, this.wanted.trail.object);
+    this.scene.add(this.sky.object, this.logged.object, this.axes.object, this.streaks.object, this.wanted.target, this.plumb, this.shade);
     this.palette.watch((colours) => this.colour(colours));
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement ?? canvas);
   }
 
   private readonly renderer: WebGLRenderer;
 
-  /** A flight, and another as its ghost. constant: a parameter in use, by name. keep: leave the camera where it is. dragged: in time, if need be coarsely. */
-  show(data: SceneData, flight: Flight, ghost: Flight | undefined, constant: (name: string) => number, keep: boolean, dragged: boolean): void {
+  /** A flight, and another as its ghost. constant: a parameter in use, by name. keep: leave the camera where it is. dragged: in time, if need be coarsely. beginning: whether it is no more than that. */
+  show(data: SceneData, flight: Flight, ghost: Flight | undefined, constant: (name: string) => number, keep: boolean, dragged: boolean, beginning: boolean): void {
     if (data !== this.data) this.rebuild(data);
-    const fine = FINE * Math.max(extentOf(flight, data.wanted), this.flyer?.vehicle.size ?? 0);
-    const { points } = pathOf(flight, data.wanted, fine);
-    this.measure(points, pathOf(flight, data.position, fine).points);
-    this.level = Math.min(data.ground, Math.floor(this.lowest));
-    this.streaks.fill(this.centre, this.radius * 1.5, this.level);
-    this.wanted.set(points, this.radius);
-    const end = points.length >= 3 ? points.slice(-3) : [0, 0, 0];
-    this.target.position.set(end[0]!, end[1]!, end[2]!);
-    this.target.visible = points.length >= 3;
-    this.flyer?.show(flight, this.radius * 2, constant);
+    const size = this.flyer?.vehicle.size ?? 0;
+    if (this.wanted.show(flight, data, size, beginning)) this.streaks.fill(this.wanted.centre, this.wanted.radius * 1.5, this.wanted.level);
+    this.flyer?.show(flight, this.wanted.radius * 2, constant);
     if (ghost && !this.ghost) {
       this.ghost = new Flyer(data, true);
       this.ghost.colour(this.palette.value);
       this.scene.add(this.ghost.object);
     }
     if (this.ghost) this.ghost.object.visible = ghost !== undefined;
-    if (ghost) this.ghost?.show(ghost, this.radius * 2, constant);
+    if (ghost) this.ghost?.show(ghost, this.wanted.radius * 2, constant);
     this.loss = flight.held ? undefined : { text: `✕ Lost: ${flight.why}`, time: flight.last - LOST };
     this.setTime(this.time);
     if (!keep) this.look(this.view.value);
@@ -149,12 +134,12 @@ export class SceneView {
 
   /** Where the camera is, the height of the ground, and where the vehicle is in the picture [px]. */
   get eye(): { position: number[]; ground: number; vehicle: Spot | undefined } {
-    return { position: this.camera.position.toArray(), ground: this.level, vehicle: this.spot };
+    return { position: this.camera.position.toArray(), ground: this.wanted.level, vehicle: this.spot };
   }
 
   /** The path of a log that was opened; undefined: none. */
   showLog(flight: Flight | undefined): void {
-    this.logged.set(flight ? pathOf(flight, ["x", "y", "z"], FINE * 2 * this.radius).points : new Float32Array(), this.radius * 2);
+    this.logged.set(flight ? pathOf(flight, ["x", "y", "z"], FINE * 2 * this.wanted.radius).points : new Float32Array(), this.wanted.radius * 2);
     this.request();
   }
 
@@ -190,7 +175,7 @@ export class SceneView {
   look(view: View): void {
     this.view.set(view);
     if (view === "follow" && this.flyer) this.cameras.follow(this.flyer.position, this.flyer.vehicle.size);
-    else this.cameras.orbit(this.centre, this.radius);
+    else this.cameras.orbit(this.wanted.centre, this.wanted.radius);
     this.request();
   }
 
@@ -212,29 +197,6 @@ export class SceneView {
     this.scene.add(this.flyer.object);
   }
 
-  /** Centre and size of the wanted path, and of what was flown near it: a diverged flight may end anywhere. */
-  private measure(wanted: Float32Array, flown: Float32Array): void {
-    const low = new Vector3(Infinity, Infinity, Infinity);
-    const high = low.clone().negate();
-    const take = (points: Float32Array, reach: number): void => {
-      const [from, to] = [low.clone().subScalar(reach), high.clone().addScalar(reach)];
-      for (let i = 0; i + 2 < points.length; i += 3) {
-        const point = new Vector3(points[i], points[i + 1], points[i + 2]);
-        if (reach && (point.clone().max(from).distanceTo(point) > 0 || point.clone().min(to).distanceTo(point) > 0)) continue;
-        low.min(point);
-        high.max(point);
-      }
-    };
-    take(wanted, 0);
-    if (low.x > high.x) take(flown, 0);
-    const size = high.distanceTo(low);
-    take(flown, Math.max(size * 0.35, this.flyer ? this.flyer.vehicle.size * 10 : 1));
-    if (!(low.x <= high.x)) return void ([this.radius, this.lowest] = [1, 0]);
-    this.lowest = low.z;
-    this.centre.addVectors(low, high).multiplyScalar(0.5);
-    this.radius = Math.max(high.distanceTo(low) * 0.57, (this.flyer?.vehicle.size ?? 0.3) * 4);
-  }
-
   private colour(colours: Palette): void {
     this.flyer?.colour(colours);
     this.ghost?.colour(colours);
@@ -244,8 +206,8 @@ export class SceneView {
     this.logged.colour(colours.pink);
     this.streaks.colour(colours.sky, colours.dark);
     const mixed = new Color(colours.blue).lerp(new Color(colours.paper), colours.dark ? 0.68 : 0.6);
-    this.wanted.colour(`#${mixed.getHexString()}`);
-    this.target.material.color = new Color(colours.blue);
+    this.wanted.trail.colour(`#${mixed.getHexString()}`);
+    this.wanted.target.material.color = new Color(colours.blue);
     (this.plumb.material as LineBasicMaterial).color = new Color(colours.muted);
     this.shade.material.opacity = colours.dark ? 0.55 : 0.24;
     this.request();
@@ -278,14 +240,14 @@ export class SceneView {
 
   private draw(paper?: typeof PAPER): void {
     const { flyer, camera, labels } = this;
-    this.cameras.keepAbove(this.level);
+    this.cameras.keepAbove(this.wanted.level);
     const seen = this.cameras.controls.target;
     const distance = camera.position.distanceTo(seen);
-    const above = Math.abs(camera.position.z - this.level);
+    const above = Math.abs(camera.position.z - this.wanted.level);
     const cell = roundStep(Math.max(distance, above, 1e-3) / 14);
-    this.ground.place(seen, this.level, cell, Math.max(distance * 1.7, above * 4));
+    this.ground.place(seen, this.wanted.level, cell, Math.max(distance * 1.7, above * 4));
     this.sky.place(camera.position, camera.far);
-    this.axes.place(this.level, roundStep(this.radius / 4));
+    this.axes.place(this.wanted.level, roundStep(this.wanted.radius / 4));
     camera.updateMatrixWorld();
     labels.begin(paper);
     if (flyer) {
@@ -302,12 +264,12 @@ export class SceneView {
       const middle = labels.spot(flyer.position, camera);
       this.spot = middle && { ...middle, radius: (flyer.vehicle.size * magnified) / far };
       if (this.loss && this.time >= this.loss.time) labels.callOut(this.loss.text, this.spot ?? CORNER, this.pointsDown(flyer));
-      const dot = END * pixel * camera.position.distanceTo(this.target.position);
-      this.target.scale.setScalar(dot);
+      const dot = END * pixel * camera.position.distanceTo(this.wanted.target.position);
+      this.wanted.target.scale.setScalar(dot);
       // The dot makes way for the vehicle that arrives.
-      const room = this.target.position.distanceTo(flyer.position) / (flyer.vehicle.size * magnified);
-      this.target.material.opacity = Math.min(Math.max((room - 1) / 2, 0), 1) * 0.85;
-      if (this.target.visible && room > 3) labels.put("end", "end", this.target.position, camera);
+      const room = this.wanted.target.position.distanceTo(flyer.position) / (flyer.vehicle.size * magnified);
+      this.wanted.target.material.opacity = Math.min(Math.max((room - 1) / 2, 0), 1) * 0.85;
+      if (this.wanted.target.visible && room > 3) labels.put("end", "end", this.wanted.target.position, camera);
       for (const { kind, label, unit, tip, size, arrow } of flyer.drawn) {
         if (arrow.object.visible) labels.put(kind, `${label.toLowerCase()} ${quantity(size, unit)}`, tip, camera);
       }
@@ -315,7 +277,7 @@ export class SceneView {
     }
     this.axes.label(labels, camera);
     labels.end();
-    this.target.quaternion.copy(camera.quaternion);
+    this.wanted.target.quaternion.copy(camera.quaternion);
     this.renderer.render(this.scene, camera);
   }
 
@@ -328,9 +290,9 @@ export class SceneView {
   /** Shadow and plumb line tell where above the ground the vehicle is. */
   private beneath(flyer: Flyer, magnified: number): void {
     const { x, y, z } = flyer.position;
-    this.shade.position.set(x, y, this.level + 1e-3 * this.radius);
+    this.shade.position.set(x, y, this.wanted.level + 1e-3 * this.wanted.radius);
     this.shade.scale.setScalar(flyer.vehicle.size * magnified * 1.3);
-    this.plumb.geometry.setFromPoints([new Vector3(x, y, this.level), new Vector3(x, y, z)]);
+    this.plumb.geometry.setFromPoints([new Vector3(x, y, this.wanted.level), new Vector3(x, y, z)]);
     this.plumb.geometry.computeBoundingSphere();
   }
 }
