@@ -21,7 +21,7 @@ from quadstep.linear.grade import grade
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.numbers import Number, Vector
 from quadstep.page.build import fill
-from quadstep.proofs.article import FLIGHTS, SHOWN, article, ball, body, missions, printed_roll, tools
+from quadstep.proofs.article import FLIGHTS, PERIOD, SHOWN, article, ball, body, missions, printed_roll, tools
 from quadstep.proofs.certify.certificate import error_radius
 from quadstep.vehicle.in_space import COLUMNS
 from quadstep.vehicle.lagrange import Lagrange
@@ -128,8 +128,9 @@ def test_the_four_rates_are_the_rate_of_l(article_file):
         one = shown[name]
         height = sum(one[part] for part in ("L_position", "L_attitude", "L_integrals"))
         rate = sum(one[part] for part in SHOWN if part.startswith("rate_"))
-        found = (height[2:] - height[:-2]) / 0.04
-        late = slice(60, None)  # past the first second, where 20 ms from row to row are short
+        period = FLIGHTS[name]["simulation"]["log_period"]
+        found = (height[2:] - height[:-2]) / (2.0 * period)
+        late = slice(round(1.2 / period), None)  # past the first second, where 20 ms from row to row are short
         assert np.abs(found - rate[1:-1])[late].max() < 0.03 * np.abs(rate[late]).max(), name
         assert np.abs(one["rate_coupling"][late]).max() > 0.05 * np.abs(rate[late]).max()
 
@@ -186,11 +187,18 @@ def test_what_raises_l_in_figure_5_is_as_the_text_says(article_file):
     named = {"slope_2": SLOW["Lambda2"], "gain_2": SLOW["K_r2"]}
     logs, shown = flown_in_node(article_file, {f"gains.{key}.{i}": value for key, value in named.items() for i in range(3)})
     one, rows = shown["lyapunov"], logs["lyapunov"].reshape(len(shown["lyapunov"]["L_position"]), -1)
-    late = round(6.3 / 0.02) + 1
-    added = {name: np.trapezoid(one[f"rate_{name}"][:late], dx=0.02) for name in ("coupling", "unknown")}
+    late = round(6.3 / PERIOD) + 1
+    added = {name: np.trapezoid(one[f"rate_{name}"][:late], dx=PERIOD) for name in ("coupling", "unknown")}
     assert added == pytest.approx({"coupling": 7.0, "unknown": 15.0}, abs=0.5)
-    at = round(4.6 / 0.02)
+    at = round(4.6 / PERIOD)
     assert one["rate_unknown"][at] / rows[at, list(COLUMNS).index("norm_r2")] > 9.0, "|eps| is no less"
+
+
+@needs(NODE)
+def test_figure_5_shows_how_far_the_quickest_inner_loop_errs(article_file):
+    logs, shown = flown_in_node(article_file, {})
+    rows = logs["lyapunov"].reshape(len(shown["lyapunov"]["L_position"]), -1)
+    assert rows[:, list(COLUMNS).index("norm_r2")].max() == pytest.approx(0.0698, abs=1e-4)  # 28 ms after the start
 
 
 @needs(NODE)
@@ -235,7 +243,7 @@ def test_explain_writes_one_file_and_replaces_no_other(tmp_path, capsys):
     out = tmp_path / "new" / "a.html"
     explain(out)
     explain(out)
-    assert "0.49 MB" in capsys.readouterr().out
+    assert "0.52 MB" in capsys.readouterr().out
     assert [path.name for path in out.parent.iterdir()] == ["a.html"]
     place, text = out.with_name("page.html"), fill(STAND_IN, "page", {"links": []}, "0")
     place.write_text(text)

@@ -62,18 +62,28 @@ export class Plot {
 
   /** A line through points. look: classes; symbol: which formula lights it up. */
   line(xs: ArrayLike<number>, ys: ArrayLike<number>, look: string, symbol = ""): string {
-    const parts: string[] = [];
-    for (let i = 0; i < xs.length; i++) {
-      if (!Number.isFinite(ys[i]!)) break;
-      parts.push(`${px(this.x(xs[i]!))} ${px(Math.min(Math.max(this.y(ys[i]!), -999), 9999))}`);
-    }
-    return parts.length ? `<path class="curve ${look}"${lit(symbol)} d="M${thin(parts).join("L")}"/>` : "";
+    const parts = this.#points(xs, ys, 1);
+    return parts.length ? `<path class="curve ${look}"${lit(symbol)} d="M${parts.join("L")}"/>` : "";
   }
 
   /** The area between two curves. */
   area(xs: ArrayLike<number>, low: ArrayLike<number>, high: ArrayLike<number>, look: string, symbol = ""): string {
-    const edge = (ys: ArrayLike<number>): string[] => thin(Array.from(xs, (x, i) => `${px(this.x(x))} ${px(Math.min(Math.max(this.y(ys[i]!), -999), 9999))}`), 300);
-    return xs.length ? `<path class="area ${look}"${lit(symbol)} d="M${[...edge(low), ...edge(high).reverse()].join("L")}Z"/>` : "";
+    const edges = [...this.#points(xs, low, 2), ...this.#points(xs, high, 2).reverse()];
+    return edges.length ? `<path class="area ${look}"${lit(symbol)} d="M${edges.join("L")}Z"/>` : "";
+  }
+
+  /** A curve's points as far as it is finite, the first, the last and those between that are so far apart [px]. */
+  #points(xs: ArrayLike<number>, ys: ArrayLike<number>, apart: number): string[] {
+    const parts: string[] = [];
+    let [left, top] = [-Infinity, 0];
+    for (let i = 0; i < xs.length && Number.isFinite(ys[i]!); i++) {
+      const [x, y] = [this.x(xs[i]!), Math.min(Math.max(this.y(ys[i]!), -999), 9999)];
+      const last = i === xs.length - 1 || !Number.isFinite(ys[i + 1]!);
+      if (!last && Math.hypot(x - left, y - top) < apart) continue;
+      parts.push(`${px(x)} ${px(y)}`);
+      [left, top] = [x, y];
+    }
+    return parts;
   }
 
   dot(x: number, y: number, look: string, symbol = "", radius = 4): string {
@@ -105,12 +115,6 @@ export class Plot {
     const upper = a.ys[at]! >= b.ys[at]!;
     return [a, b].map(({ ys, said, look, symbol }, i) => this.label(xs[at]!, ys[at]!, said, look, symbol, (i === 0) === upper)).join("");
   }
-}
-
-/** About so many of a curve's points, the last one always. */
-function thin(points: string[], many = 600): string[] {
-  const step = Math.max(1, Math.floor(points.length / many));
-  return points.filter((_, i) => i % step === 0 || i === points.length - 1);
 }
 
 /** The attribute by which a formula finds what it lights up. */

@@ -2,7 +2,7 @@
 
 import { h } from "../view/dom";
 import { rich } from "../view/notation";
-import { LOGGED } from "./data";
+import { TIME_STEP } from "./data";
 import type { Stage } from "./figure";
 import { minus } from "./words";
 
@@ -29,7 +29,7 @@ export function slider(
   const shown = h("output", { "aria-hidden": "true" }); // the slider says it
   const inward = (x: number): number => (log ? Math.log(x / least) / Math.log(most / least) : (x - least) / (most - least));
   const outward = (share: number): number => (log ? least * (most / least) ** share : least + share * (most - least));
-  const tidy = (x: number): number => (key === "time" ? Number((Math.round(x / LOGGED) * LOGGED).toFixed(2)) : x);
+  const tidy = (x: number): number => (key === "time" ? Number((Math.round(x / TIME_STEP) * TIME_STEP).toFixed(2)) : x);
   let now = value;
   const show = (): void => {
     shown.textContent = `${minus(Number(now.toPrecision(3)))}${unit && ` ${unit}`}`;

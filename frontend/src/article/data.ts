@@ -15,8 +15,8 @@ interface Data {
   readonly flights: Readonly<Record<string, { readonly parameters: string; readonly start: string; readonly ticks: Readonly<Ticks> }>>;
 }
 
-/** Between rows of the figures' logs [s]. */
-export const LOGGED = 0.02;
+/** Between the times that can be chosen [s]: a whole number of rows of any figure's log. */
+export const TIME_STEP = 0.02;
 
 type Triple = readonly [number, number, number];
 
@@ -50,6 +50,8 @@ export class Flown {
     private readonly table: Float64Array,
     private readonly seen: Float64Array,
     readonly rows: number,
+    /** Between rows [s]. */
+    readonly period: number,
     /** Why it was lost; "" if it was not. */
     readonly lost: string,
   ) {}
@@ -88,5 +90,5 @@ function fresh(figure: string, settings: Settings): Flown {
   const table = new Float64Array(count * data.columns.length);
   const seen = new Float64Array(count * data.shown.length);
   const end = code.article.fly(parameters, [], start, { ...mission.ticks, every: [...mission.ticks.every] }, table, seen);
-  return new Flown(table, seen, end.rows, end.code === 0 ? "" : `lost after ${(end.tick * mission.ticks.step).toFixed(1)} s`);
+  return new Flown(table, seen, end.rows, mission.ticks.log * mission.ticks.step, end.code === 0 ? "" : `lost after ${(end.tick * mission.ticks.step).toFixed(1)} s`);
 }

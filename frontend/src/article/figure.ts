@@ -3,7 +3,7 @@
 import { h } from "../view/dom";
 import type { Plot } from "./chart";
 import { type Slider, button } from "./controls";
-import { type Flown, LOGGED } from "./data";
+import { type Flown, TIME_STEP } from "./data";
 
 export interface Stage {
   /** The element that holds the drawing. */
@@ -106,8 +106,8 @@ export function dragged(stage: Stage, moved: (left: number, top: number, first: 
 
 /** The row of a flight at the slider's time, which ends where the flight does. */
 export function rowAt(flown: Flown, time: Slider): number {
-  const row = Math.min(flown.rows - 1, Math.round(time.value / LOGGED));
-  if (row * LOGGED < time.value - LOGGED / 2) time.set(row * LOGGED);
+  const row = Math.min(flown.rows - 1, Math.round(time.value / flown.period));
+  if (row * flown.period < time.value - TIME_STEP / 2) time.set(row * flown.period);
   return row;
 }
 
