@@ -298,6 +298,15 @@ def test_a_phase_portrait_pairs_what_was_at_the_same_time(open_page, tmp_path):
     assert "file" not in page.locator("#legend").inner_text()
 
 
+def test_a_logarithmic_axis_says_that_it_shows_sizes(open_page):
+    page = open_page()
+    names = page.locator("#plot-position-error .legend dt")
+    assert "|" not in names.first.inner_text()
+    page.hover("#plot-position-error")
+    page.click("#plot-position-error .tools button:has-text('log')")
+    assert [one.inner_text().count("|") for one in names.all()] == [2, 2, 2]
+
+
 @pytest.mark.parametrize("plot", ["position", "position-error", "rotors"])
 def test_lines_pass_every_sample_within_a_pixel_in_few_points(open_page, plot):
     page = open_page()

@@ -58,7 +58,8 @@ export function badge(host: HTMLElement, shown: Shown): void {
 function margins({ data, flight: { held }, live, settings, whole }: Shown): HTMLElement | null {
   const changed = loopChanged(settings, data);
   if (data.margins && !changed) return h("span", { id: "margins", class: data.margins === "sound" ? "" : "fragile" }, "Loop at rest: ", ...rich(data.margins));
-  return held && live && whole === undefined ? h("span", { id: "margins" }, `Margins of the ${changed ? "changed loop" : "loop at rest"}: run `, h("code", {}, "quadstep linear")) : null;
+  const told = changed ? "The changed loop may be unstable even so: for its margins run " : "Margins of the loop at rest: run ";
+  return held && live && whole === undefined ? h("span", { id: "margins", class: changed ? "fragile" : "" }, told, h("code", {}, "quadstep linear")) : null;
 }
 
 const LIMITED = "These conditions assume unlimited rotors, so they guarantee nothing for this vehicle.";
@@ -88,7 +89,7 @@ function inWords({ flight, graded: { grade, labels, left, above }, whole }: Show
   const ended = `${number(flight.ended, 3)} s`;
   if (whole !== undefined) return `First ${ended} of ${number(whole, 3)} s`;
   if (grade === "lost") return `Lost at ${flight.ended.toFixed(2)} s`;
-  if (above.length) return `Above the limit (${above.join("; ")})`;
+  if (above.length) return `Above the limit (${above.join("; ")})${left && `; it ${/did not [^:]+/.exec(left)![0]}`}`;
   if (left) return `Flew ${ended}, but ${/did not [^:]+/.exec(left)![0]}`; // the rest is in the sheet
   if (grade === "as commanded") return `Flew as commanded for ${ended}`;
   return !labels.length ? `Flew for ${ended}` : `Flew ${ended}, with problems: ${labels.join(", ")}`;

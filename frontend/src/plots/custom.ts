@@ -6,7 +6,7 @@ import { flat } from "../view/notation";
 import { plainUnit } from "../view/format";
 import { extent, indexAt } from "./curve";
 import { type Curve, DASHES, type Hue, type Panel, type Role } from "./panel";
-import type { Overlay } from "./panels";
+import { type Overlay, sizes } from "./panels";
 import { spectrum } from "./spectrum";
 
 export type Kind = "time" | "spectrum" | "phase";
@@ -49,9 +49,9 @@ export function customPanel(custom: Custom, flight: Flight, overlays: readonly O
   const curves = found.flatMap((all, i) =>
     all.map((signal): Curve => {
       const { times, values } = kind === "spectrum" ? spectrum(signal.times, signal.values) : signal;
-      const label = signal.name ? `${columns[i]}, ${signal.name}` : columns[i]!;
-      const shown = logarithmic && kind === "time" ? values.map(Math.abs) : values;
-      return { label, name: flat(label), role: signal.role, hue: HUES[i % HUES.length]!, dash: DASHES[i % DASHES.length]!, times, values: shown };
+      const shown = logarithmic && kind === "time" ? sizes(values, columns[i]!) : { values, label: columns[i]! };
+      const label = signal.name ? `${shown.label}, ${signal.name}` : shown.label;
+      return { label, name: flat(label), role: signal.role, hue: HUES[i % HUES.length]!, dash: DASHES[i % DASHES.length]!, times, values: shown.values };
     }),
   );
   const unit = units.length === 1 ? units[0]! : "";

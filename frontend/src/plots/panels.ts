@@ -21,14 +21,15 @@ export function panelOf(data: PanelData, flight: Flight, overlays: readonly Over
   let wanted = 0;
   for (const line of data.lines) {
     const style = line.dashed ? wanted++ : flown++;
-    const add = (label: string, from: Flight, role: Role): void => {
-      const values = valuesOf(from, line.column, line.minus, data.log);
-      const name = flat(label);
+    const add = (of: string, from: Flight, role: Role): void => {
+      const signed = valuesOf(from, line.column, line.minus);
+      if (!signed) return;
+      const { values, label } = data.log ? sizes(signed, line.label) : { values: signed, label: line.label };
       const hue = HUES[style % HUES.length]!;
-      if (values) curves.push({ label, name, role, hue, dash: DASHES[style % DASHES.length]!, times: from.times, values });
+      curves.push({ label: `${label}${of}`, name: flat(`${label}${of}`), role, hue, dash: DASHES[style % DASHES.length]!, times: from.times, values });
     };
-    add(line.label, flight, line.dashed ? "desired" : "flown");
-    if (!line.dashed) for (const one of overlays) add(`${line.label}, ${one.name}`, one.flight, one.role);
+    add("", flight, line.dashed ? "desired" : "flown");
+    if (!line.dashed) for (const one of overlays) add(`, ${one.name}`, one.flight, one.role);
   }
   if (!curves.length) return undefined;
   return { id: data.id, title: flat(data.title), note: "", unit: data.unit, logarithmic: data.log && positive(curves), curves };
@@ -39,7 +40,12 @@ export function isZero(panel: Panel): boolean {
   return !panel.curves.some((curve) => curve.values.some((value) => value !== 0));
 }
 
-function valuesOf(flight: Flight, name: string, minus: string | null, absolute: boolean): Float64Array | undefined {
+/** What a logarithmic axis shows of values, and what it is called then. */
+export function sizes(values: Float64Array, label: string): { values: Float64Array; label: string } {
+  return values.some((value) => value < 0) ? { values: values.map(Math.abs), label: `|${label}|` } : { values, label };
+}
+
+function valuesOf(flight: Flight, name: string, minus: string | null): Float64Array | undefined {
   const column = flight.column(name);
   const other = minus === null ? undefined : flight.column(minus);
   if (!column || (minus !== null && !other)) return undefined;
@@ -48,7 +54,7 @@ function valuesOf(flight: Flight, name: string, minus: string | null, absolute: 
   const from = name.endsWith("_d") && flight.unit(name) === "rad" ? flight.column(name.slice(0, -2)) : undefined; // beside which it is drawn
   const flown = from && unwrapped(from);
   if (flown && !other) return column.map((value, i) => flown[i]! + shorterWay(value - flown[i]!));
-  return absolute ? values.map(Math.abs) : values;
+  return values;
 }
 
 function positive(curves: readonly Curve[]): boolean {

@@ -227,7 +227,7 @@ function varied({ varies }: Rate, { given, law }: Setting): number[] {
 function sentence({ failures, flown }: Tally): Node[] {
   const { value, low, high } = exactShare(failures, flown);
   const percent = (share: number): string => `${number(100 * share, 3)}\u00a0%`;
-  const strong = h("b", {}, `${whole(failures)} of ${whole(flown)} flights fail: ${percent(value)}`);
+  const strong = h("b", {}, `${whole(failures)} of ${whole(flown)} flight${flown === 1 ? "" : "s"} ${failures === 1 ? "fails" : "fail"}: ${percent(value)}`);
   return [strong, document.createTextNode(` (95 % interval ${percent(low)} to ${percent(high)}).`)];
 }
 
