@@ -8,6 +8,7 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
+from quadstep.linear.grade import quick_grade
 from quadstep.page.build import fly_missions
 
 HERE = Path(__file__).parent
@@ -30,7 +31,7 @@ def main(folder: Path = HERE) -> None:
         page, mission = Path(temporary) / "page.html", Path(temporary) / "mission.toml"
         (text,) = re.findall("```toml\n(.*?)```", (HERE.parent / "README.md").read_text(encoding="utf-8"), re.DOTALL)
         mission.write_text(text, encoding="utf-8")
-        page.write_text(fly_missions([mission]), encoding="utf-8")
+        page.write_text(fly_missions([mission], grading=quick_grade), encoding="utf-8")
         browser = browsers.chromium.launch(executable_path=chromium, args=list(OPTIONS))
         window = browser.new_page(viewport={"width": 1280, "height": 800})
         window.goto(page.as_uri())
