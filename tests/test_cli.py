@@ -206,6 +206,7 @@ def test_a_process_of_its_own_says_the_same(tmp_path):
     (("new", "mission.toml", "--vehicle", "x500", "--controller", "nope"), "or your own FILE.py:NAME"),
     (("fly", "examples/trust.toml"), "looks like a campaign, not a mission; `quadstep campaign` flies it"),
     (("fly", "examples/compare.toml"), "looks like a study, not a mission; `quadstep compare` takes it"),
+    (("fly", "examples/crazyflie_pid.toml"), "looks like a controller alone, not a mission; a mission has a [path] too"),
     (("campaign", "examples/compare.toml"), "looks like a study, not a campaign; `quadstep compare` takes it"),
     (("tune", "examples/compare.toml", "--budget", "9"), "not a mission; `quadstep tune` takes a mission with a table [tune]"),
     (("fly", "examples/case1.toml", "--flight", "3"), "--flight: needs a campaign, and examples/case1.toml looks like"),

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from quadstep.mission.schema import Mission
 
 MISSION, CAMPAIGN, STUDY, CLASS = "mission", "campaign", "study", "class"
-VEHICLE, DATASHEET = "vehicle file", "data sheet"
+VEHICLE, DATASHEET, CONTROLLER = "vehicle file", "data sheet", "controller alone"
 
 TAKEN = {
     MISSION: "`quadstep fly` takes it", CAMPAIGN: "`quadstep campaign` takes it", STUDY: "`quadstep compare` takes it",
     CLASS: "`quadstep serve --class` takes it", VEHICLE: 'a mission names it: [vehicle] file = "FILE.toml"',
-    DATASHEET: "`quadstep vehicle fit` takes it",
+    DATASHEET: "`quadstep vehicle fit` takes it", CONTROLLER: "`quadstep replay` takes it, after --controller",
 }  # fmt: skip
 """What to do with a file that looks like one of these where another is wanted."""
 
@@ -34,6 +34,7 @@ HINTS = {
     (MISSION, CAMPAIGN): 'a campaign names one: mission = "FILE.toml"',
     (MISSION, CLASS): 'a class names one: mission = "FILE.toml"',
     (MISSION, STUDY): "name two or more missions, or a study with tables [paths], [scenarios] and [controllers]",
+    (CONTROLLER, MISSION): "a mission has a [path] too; `quadstep replay` takes such a file after --controller",
     (CAMPAIGN, STUDY): "a study has tables [paths], [scenarios] and [controllers]",
 }
 """The same, where there is more to say of what is wanted."""
@@ -49,7 +50,7 @@ def look(content: Mapping[str, object]) -> str:
     if {"paths", "scenarios", "controllers"} & content.keys() and not of_mission:
         return STUDY
     if of_mission:
-        return MISSION
+        return CONTROLLER if content.keys() <= {"name", "controller"} else MISSION
     return DATASHEET if {"wheelbase", "kv"} & content.keys() else VEHICLE if OWN_KEYS & content.keys() else ""
 
 
