@@ -411,7 +411,7 @@ def test_large_numbers_of_a_map_have_separators(tmp_path):
 
 
 def test_the_answer_says_where_the_map_can_be_flown_and_where_not(tmp_path):
-    """Of any map, each cell that the first sentence names is as it says; values are told apart by the digits shown."""
+    """Of any map, each cell that the first sentence names is as it says; bounds are rounded so that they hold."""
     random, seen = np.random.default_rng(3), set()
     asked = request(write(tmp_path, LINE), "path.duration=2:8:8", "vehicle.mass=1:1.1:4")
     for _ in range(400):
@@ -427,11 +427,14 @@ def test_the_answer_says_where_the_map_can_be_flown_and_where_not(tmp_path):
             places = []
             for clause in re.split(" or | and ", said):
                 axis, index = (asked.x, columns) if "duration" in clause else (asked.y, rows)
+                value = np.array(axis.values)[index]
                 at = [axis.shown(one).split("\N{NO-BREAK SPACE}")[0] for one in axis.values]
-                low, *high = (at.index(one) for one in re.findall(r"[0-9]+(?:[.][0-9]+)?", clause))
+                ends = re.findall(r"[0-9]+(?:[.][0-9]+)?", clause)
+                low, high = float(ends[0]), float(ends[-1])
                 how = re.search(r"is (at most|at least|from|)", clause)[1]
-                named = {"at most": index <= low, "at least": index >= low, "": index == low}
-                places.append(named[how] if how in named else (index >= low) & (index <= high[0]))
+                named = {"at most": value <= low, "at least": value >= low, "from": (value >= low) & (value <= high)}
+                places.append(named[how] if how else index == at.index(ends[0]))
+                assert places[-1].flat[np.abs(value - low).argmin()], f"{clause}: without its end"
             for where in [np.logical_and(*places)] if " and " in said else places:
                 assert where.any() and set(flyable[0][where]) == {int(what == "all")}, first
             seen.add((what, " and " in said))

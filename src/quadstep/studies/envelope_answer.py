@@ -137,9 +137,9 @@ def span(axis: MapAxis, line: NDArray[np.bool_], chance: bool) -> str:
     at, last = np.flatnonzero(line), len(axis.values) - 1
     if at.size in (0, last + 1) or at[-1] - at[0] >= at.size or (chance and at[0] > 0 and at[-1] < last):
         return ""
-    low, high = axis.shown(axis.values[at[0]]), axis.shown(axis.values[at[-1]])
     if at.size == 1:
-        return f"the {words(axis.key)} is {low}"
+        return f"the {words(axis.key)} is {axis.shown(axis.values[at[0]])}"
+    low, high = axis.shown(axis.values[at[0]], -1), axis.shown(axis.values[at[-1]], 1)
     how = f"at most {high}" if at[0] == 0 else f"at least {low}" if at[-1] == last else f"from {low} to {high}"
     return f"the {words(axis.key)} is {how}"
 
@@ -209,7 +209,7 @@ def coloured_by(cells: Cells) -> list[str]:
 
 def mapped(cells: Cells) -> list[Fact]:
     """What the colours of a map show, from the least to the largest; none where it has no colours."""
-    rmse, among = cells.rmse[coloured(cells)], "least to largest of the coloured combinations"
+    rmse, among = cells.rmse[coloured(cells)], "smallest to largest of the coloured combinations"
     if by_success(cells):
         return [Fact("share of flights that succeed", between(cells.share, units.percent), among)]
     if not rmse.size:

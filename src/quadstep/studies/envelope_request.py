@@ -39,12 +39,16 @@ class MapAxis(NamedTuple):
     ranged: bool
     unit: str = ""
 
-    def shown(self, value: Value) -> str:
-        """A value for people, with its unit: of evenly spaced ones the digits that tell neighbours apart, else all."""
+    def shown(self, value: Value, bound: int = 0) -> str:
+        """A value for people, with its unit: of evenly spaced ones the digits that tell neighbours apart, else all. bound: 1
+        to round up, so that "at most" is true of it, −1 to round down.
+        """
         said = text_of(value)
         if self.ranged and isinstance(value, float | int):
             step = (float(self.values[-1]) - float(self.values[0])) / (len(self.values) - 1)
-            said = f"{round(value, max(0, 1 - math.floor(math.log10(step)))) + 0.0:.10g}"
+            near = round(value, places := max(0, 1 - math.floor(math.log10(step))))
+            beyond = bound * (value - near) > 1e-9 * step
+            said = f"{near + beyond * bound * 10.0**-places + 0.0:.10g}"
         return f"{said}{'' if isinstance(value, bool) else unit_suffix(self.unit or '-')}"
 
     def in_words(self, value: Value) -> str:

@@ -112,7 +112,11 @@ def evidence(
     grades = [one.grade.word for one in sides]
     changed = [(name, law.by_key()[name][1], before[f"controller.{name}"], value) for name, value in question.changes.items()]
     seen = contrasts(sides, failed, measured, steps)
-    air = f"in turbulent wind of up to {question.wind:g} m/s from every side" if question.wind else "in still air"
+    air = (
+        f"in turbulent wind with a mean of up to {question.wind:g} m/s along x and along y"
+        if question.wind
+        else "in still air"
+    )
     gusts = f"{units.counted(question.flights, 'flight')} {air}"
     lost = f"{units.percent(*failed[1])} are lost or ever more than {question.within:g} m from their place"
     fail = (
