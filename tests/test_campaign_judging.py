@@ -9,7 +9,8 @@ from quadstep.studies.campaign.schema import read_campaign
 from tests.campaigns import MASS, SHORT, fly, manifest, written
 from tests.verdicts import checked, properties
 
-ONLY = "success rate of all flights should be at least {}, but is only shown to be above {}"
+ONLY = "success rate of all flights should be at least {} %, but is only shown to be above {} %"
+BELOW = "success rate of all flights should be at least {} %, but is shown to be below {} %"
 FAILING = f"{MASS}[failure]\nlargest_error = 1e-9\n"
 
 
@@ -52,7 +53,7 @@ def test_the_lower_end_of_the_interval_must_reach_what_is_required(tmp_path):
     assert "Met: at least 0.9403705077 of all flights succeed, with 95 % confidence\n" in met.out
     missed = fly(path, out, "--resume", "--require", "0.941")
     assert missed.code == 4
-    assert f"NOT MET: {ONLY.format('0.941', '0.9403705077')}; so few" in missed.out
+    assert f"NOT MET: {ONLY.format('94.1', '94.03')}; so few" in missed.out
 
 
 def test_a_campaign_that_was_over_before_is_judged_too(tmp_path):
@@ -61,13 +62,13 @@ def test_a_campaign_that_was_over_before_is_judged_too(tmp_path):
     before = (out / "flights" / "00000.parquet").read_bytes()
     run = fly(path, out, "--resume", "--require", "0.5", "--json", "--junit", tmp_path / "junit.xml")
     assert run.code == 4
-    assert run.err == f"quadstep: NOT MET: {ONLY.format(0.5, 0)}\n"
+    assert run.err == f"quadstep: NOT MET: {BELOW.format(50, 11.58)}\n"
     found = json.loads(run.out)
-    assert found["requirement"] == {"least": 0.5, "measured": 0.0, "met": False}
+    assert found["requirement"] == {"least": 0.5, "measured": 0.0, "shown": 0.0, "met": False} and "graded" not in found
     assert (found["passed"], found["exit_code"], found["flights"]) == (False, 4, 30)
     assert found["success"] == success(out)
     suite, cases = checked((tmp_path / "junit.xml").read_text(encoding="utf-8"))
-    assert list(cases.values()) == [None, ONLY.format(0.5, 0)]
+    assert list(cases.values()) == [None, BELOW.format(50, 11.58)]
     assert float(properties(suite)["success.low"]) == 0.0
     assert (out / "flights" / "00000.parquet").read_bytes() == before
 
@@ -85,7 +86,8 @@ def test_where_a_choice_decides_json_has_each_value_and_the_required_share_is_sa
     assert near["quantiles"]["largest_error[m]"]["0.5"]["value"] < 0.45
     assert off["quantiles"]["largest_error[m]"]["0.5"]["value"] == pytest.approx(0.5, rel=0.1)
     share, low = near["flights"] / 80, found["success"]["low"]
-    assert run.code == (0 if low >= 0.3 else 4) and found["requirement"]["measured"] == low
+    assert run.code == (0 if low >= 0.3 else 4) and found["requirement"]["shown"] == low
+    assert found["requirement"]["measured"] == share
     said = fly(path, out, "--resume", "--require", "0.3").out
     rate = f"{100 * share:.3g} % succeeded (95 % interval {100 * low:.1f} % to"
     assert f"Of all 80 flights, which --require judges, {rate}" in said

@@ -129,7 +129,7 @@ def test_it_says_a_known_probability_and_the_most_likely_failure(tmp_path):
     told = json.loads(machine.out)
     assert (machine.code, told["exit_code"], told["passed"]) == (4, 4, False)
     assert told["probability"] == found["probability"]
-    assert told["requirement"]["measured"] == 1.0 - found["probability"]["high"]
+    assert told["requirement"]["shown"] == 1.0 - found["probability"]["high"]
     assert quadstep("campaign", path, "--rare", "--out", out, "--resume", "--require", "0.9999").code == 0
 
 

@@ -124,18 +124,20 @@ class JudgedShare(NamedTuple):
 
     @property
     def case(self) -> Case:
-        least, low = (f"{one:.10g}" for one in (self.least, self.success.low))
-        name = f"at least {least} of all flights succeed, with {100 * LEVEL:g} % confidence"
-        failure = f"success rate of all flights should be at least {least}, but is only shown to be above {low}"
-        needed = flights_needed(self.least)
-        if self.success.low >= self.least:
+        name = f"at least {self.least:.10g} of all flights succeed, with {100 * LEVEL:g} % confidence"
+        needed, (_, low, high) = flights_needed(self.least), self.success
+        below = high < self.least
+        end = f"below {math.ceil(1e4 * high) / 100:g} %" if below else f"above {math.floor(1e4 * low) / 100:g} %"
+        failure = f"success rate of all flights should be at least {100 * self.least:.10g} %, but is "
+        failure += f"{'only ' * (not below)}shown to be {end}"
+        if low >= self.least:
             failure = f"the estimate is not reliable: {self.doubt}"
-        elif self.flights is not None and self.flights < needed:
+        elif not below and self.flights is not None and self.flights < needed:
             failure += f"; so few flights cannot show more; {needed} could, if none fails"
         return Case(name, None if self.met else failure)
 
     def as_json(self) -> dict[str, object]:
-        return {"least": self.least, "measured": self.success.low, "met": self.met}
+        return {"least": self.least, "measured": self.success.value, "shown": self.success.low, "met": self.met}
 
 
 def flights_needed(least: float) -> int:

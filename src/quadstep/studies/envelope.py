@@ -169,7 +169,7 @@ def as_json(envelope: Envelope) -> dict[str, object]:
         "correlated": [one.model_dump(exclude_none=True) for one in file.correlated],
         "mission": json.loads(json.dumps(asked.campaign.defaults, default=str)),
         "panels": [dict(zip((*MapPanel._fields[:-1], "rmse[m]"), one, strict=True)) for one in envelope.panels],
-        "graded": graded(envelope.cells.lacking),
+        **({} if file.failure else {"graded": graded(envelope.cells.lacking)}),
     }
 
 

@@ -245,7 +245,7 @@ def as_json(summary: CampaignSummary) -> dict[str, Any]:
         "points": summary.points,
         "uneven_grid": summary.uneven,
         AT_REST: dict(summary.rest),
-        "graded": graded(summary.lacking),
+        **({} if summary.limited else {"graded": graded(summary.lacking)}),
         "meaning": summary.meaning.strip(" ()"),
         "findings": [one.replace("\N{NO-BREAK SPACE}", " ") for one in summary.findings],
         "set_up_singly": list(summary.singly),
