@@ -79,7 +79,7 @@ export class Plot {
     for (let i = 0; i < xs.length && Number.isFinite(ys[i]!); i++) {
       const [x, y] = [this.x(xs[i]!), Math.min(Math.max(this.y(ys[i]!), -999), 9999)];
       const last = i === xs.length - 1 || !Number.isFinite(ys[i + 1]!);
-      if (!last && Math.hypot(x - left, y - top) < apart) continue;
+      if (!last && Math.abs(x - left) < apart && Math.abs(y - top) < apart) continue;
       parts.push(`${px(x)} ${px(y)}`);
       [left, top] = [x, y];
     }

@@ -60,7 +60,9 @@ export class Flown {
     const logged = data.columns.findIndex(([one]) => one === name);
     const [from, width, at] = logged >= 0 ? [this.table, data.columns.length, logged] : [this.seen, data.shown.length, data.shown.indexOf(name)];
     if (at < 0) throw new Error(`no column ${name}`);
-    return Float64Array.from({ length: this.rows }, (_, row) => from[row * width + at]!);
+    const column = new Float64Array(this.rows);
+    for (let row = 0; row < this.rows; row++) column[row] = from[row * width + at]!;
+    return column;
   }
 
   get times(): Float64Array {

@@ -40,7 +40,7 @@ export function lyapunov(): void {
       const [meant, deep] = keys(8, 80, width, lines);
       const plane = new Plot({ left: 46 + (width - 64 - size) / 2, top: 92 + deep, width: size, height: 0.75 * size }, [0, Math.min(1.6, Math.max(0.6, 1.1 * Math.max(...r1)))], [0, Math.min(1.6, Math.max(0.3, 1.1 * Math.max(...r2)))]);
       const around = Array.from({ length: 41 }, (_, i) => (i * Math.PI) / 80);
-      const far = (x: number, y: number): number => Math.min(...r1.map((one, k) => (k % 5 ? Infinity : Math.hypot(plane.x(one) - plane.x(x) - 18, plane.y(r2[k]!) - plane.y(y) - 4))));
+      const far = (x: number, y: number): number => Math.min(...r1.map((one, k) => (k % 20 ? Infinity : Math.hypot(plane.x(one) - plane.x(x) - 18, plane.y(r2[k]!) - plane.y(y) - 4))));
       const taken: (readonly [number, number])[] = []; // where rings are labelled
       const level = (L: number): string => {
         const [across, up] = [around.map((a) => Math.sqrt((2 * L) / MASS) * Math.cos(a)), around.map((a) => Math.sqrt((2 * L) / INERTIA) * Math.sin(a))];
@@ -68,7 +68,8 @@ export function lyapunov(): void {
         columns[i]!.forEach((value, k) => (value > 0 ? (up[k]! += value) : (down[k]! += value)));
         return { look, symbol, parts: [[highs, up.slice()], [down.slice(), lows]] as const };
       });
-      const total = Float64Array.from(zero, (_, k) => columns.reduce((all, one) => all + one[k]!, 0));
+      const total = zero.slice();
+      for (const column of columns) column.forEach((value, k) => (total[k]! += value));
       const [terms, tall] = keys(46, 92 + deep + 0.75 * size + 58, width, [...TERMS.map(([, look, symbol, name]) => [name, `area ${look}`, symbol] as const), ["their sum", "c-ink", ""]]);
       const top = 92 + deep + 0.75 * size + 58 + tall + 15;
       const [rate, seen] = [`${fixed(total[row]!, 3)} W`, r2[row]! > 0.01];
