@@ -514,6 +514,27 @@ def test_of_two_the_closer_one_is_named(tmp_path):
     assert "10.0\u00a0mm" in text and "second / first" in text
 
 
+def test_of_two_whose_errors_look_the_same_none_is_called_closer(tmp_path):
+    for name, rmse in (("a", 0.07404), ("b", 0.07403), ("c", 0.0755)):
+        spoilt(tmp_path / name, name=name, outcome="completed", **{"ended[s]": 0.2, "position_rmse[m]": rmse})
+        rows = "".join(f"{0.1 * i},{rmse},0,1,0,0,1\n" for i in range(3))
+        (tmp_path / name / "flight.csv").write_text("t[s],x[m],y[m],z[m],x_d[m],y_d[m],z_d[m]\n" + rows)
+    text = answer(tmp_path, "/compare?a=a&b=b").text
+    assert "Both are equally close to their paths." in text and "of the time" not in text
+    text = answer(tmp_path, "/compare?a=a&b=c").text.replace("\N{NO-BREAK SPACE}", " ")
+    assert "“a” is closer to its path than “c”, by position RMSE" in text, "1.02 would be 1.0 times closer"
+    assert "“a” is the closer one 100 % of the time." in text
+
+
+def test_of_two_reports_whose_missions_are_only_named_nothing_is_said_to_be_the_same(tmp_path):
+    for name, law in (("a", "geometric"), ("b", "backstepping")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "metrics.json").write_text(json.dumps({"mission": f"{name}.toml", "controller": law}))
+        (tmp_path / name / "report.html").write_text(page_text(name, [summary("The loop is sound.")], "linear"))
+    text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
+    assert "“a” and “b” are not ranked. " in text and "Same vehicle" not in text
+
+
 def plain(text):
     """A page's words, a blank for each mark and non-breaking blank."""
     return re.sub(r"\s+", " ", unescape(re.sub(r"<[^>]*>", " ", text)))

@@ -167,9 +167,9 @@ def errors_figure(names: list[str], contents: Sequence[Metrics], folders: Sequen
     spans = np.diff(t[:shared]) * (t[1:shared] > begun)
     if not lost and spans.any():
         first, second = (line[1:shared] for line in lines.values())
-        shares = [float(spans[closer].sum() / spans.sum()) for closer in (first < second, second < first)]
+        shares = [float(spans[closer].sum() / spans.sum()) for closer in (first < 0.999 * second, second < 0.999 * first)]
         near, share = max(zip(names, shares, strict=True), key=lambda one: one[1])
-        said += f" {near} is the closer one {units.percent(share)} of the time{since(*contents)}."
+        said += f" {near} is the closer one {units.percent(share)} of the time{since(*contents)}." * (share > 0.5)
     job = FigureJob("errors", said, t, [Panel("distance", "m", lines, LOG if lost else "")])
     with tempfile.TemporaryDirectory() as place, ONE_AT_A_TIME:
         job.draw(Path(place), Sheet(("svg",)))
@@ -256,18 +256,19 @@ def bad_loop(content: Metrics) -> str:
 
 def answer(names: list[str], first: Metrics, second: Metrics, says: Sequence[str]) -> str:
     """Which is closer to its path, as far as known, and whether its loop is bad. says: of the reports of both."""
-    errors, others = [numbers(one).get(RMSE) for one in (first, second)], conditions(first, second)
-    if errors[0] is None or errors[1] is None:
-        if not others and all(says) and differing_keys(["controller"], first, second):
+    errors, others = [e for one in (first, second) if (e := numbers(one).get(RMSE)) is not None], conditions(first, second)
+    if len(errors) < 2:
+        known = all(says) and all(section(one, "mission") for one in (first, second))  # not only a file's name
+        if known and not others and differing_keys(["controller"], first, second):
             same = "Same vehicle, path, air and limits; the controllers or their gains differ."
             return f"{same} {names[0]}: {says[0]} {names[1]}: {says[1]}"
         return f"{names[0]} and {names[1]} are not ranked{f', because their {others} differ' if others else ''}."
     within = f"With different {others}: " * bool(others)
-    if errors[0] == errors[1]:
+    if len({value(one, "m", max(errors)) for one in errors}) == 1:
         return f"{within}Both are equally close to their paths."
     near, far = (0, 1) if errors[0] < errors[1] else (1, 0)
-    ratio = errors[far] / errors[near] if errors[near] else math.inf  # type: ignore[operator]
-    times = f"{units.number(ratio, 2)} times closer" if math.isfinite(ratio) else "closer"
+    ratio = errors[far] / errors[near] if errors[near] else math.inf
+    times = f"{units.number(ratio, 2)} times closer" if 1.05 <= ratio < math.inf else "closer"
     but = f", but its loop is {loop} at rest" if (loop := bad_loop((first, second)[near])) else ""
     return f"{within}{names[near]} is {times} to its path than {names[far]}, by position RMSE{counted(first)}{but}."
 
