@@ -97,6 +97,10 @@ def test_the_kinds_of_failure_stand_below_one_another_on_a_phone(tmp_path, kinds
     strips = figure(tmp_path / "levels", "").split("<svg ")[1:]
     assert len(strips) == kinds
     assert not any('class="wide"' in one for one in strips)
+    any_of_them = SimpleNamespace(kind=run.PieceKind.SCORE.value, events=[SimpleNamespace(failure="any")])
+    assert run.dashed(pieces, names) == run.OPINIONS
+    assert run.dashed([*pieces, any_of_them], names) == run.OPINIONS + run.UNDRAWN
+    assert run.dashed([any_of_them], ["any"]) == run.OPINIONS and not run.dashed(pieces[:1], names)
     events[0].levels = [(None, 0.2)]
     assert run.climbed(pieces) == names[1:], "of a common failure there are no steps to draw"
 
@@ -109,6 +113,7 @@ def test_it_says_a_known_probability_and_the_most_likely_failure(tmp_path):
     judged += "only the first 0.0002 s of a path of 1 s are flown"
     assert "A flight fails with probability" in ran.out
     assert f"From 5 independent estimates (replicates) by cross-entropy ({judged})." in ran.out
+    assert re.search(r"Second opinion by subset simulation, as a check: \S+ × \S+ by the same score\.", ran.out), ran.out
     found = kept(out)["summary"]
     true = probability(-6.0 / 2.0**0.5)
     assert found["probability"]["value"] == pytest.approx(true, rel=0.3)

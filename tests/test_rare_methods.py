@@ -274,6 +274,12 @@ def test_second_opinions_of_one_kind_are_one_number_with_the_interval_of_as_many
     assert alone.value == pytest.approx(0.06) and (alone.low < 0.03, alone.high > 0.09) == (True, True)
     ends = f"95 % interval {alone.low:.3g} to {alone.high:.3g}"
     assert f"finds more failures: 0.06 (subset simulation, by s; {ends}). The" in found.warnings[0]
+    other = piece(2e-5, PieceKind.SCORE)
+    other = other.model_copy(update={"events": [other.events[0].model_copy(update={"score": ["s", "v"]})]})
+    both = summarise([*REPLICATES, piece(1e-5, PieceKind.METHOD), other, piece(1.1e-5, PieceKind.METHOD)])
+    low, high = map(units.number, next(iter(both.opinions.values()))[1:])
+    said = f"Second opinions by subset simulation, as a check: 1.05 × 10⁻⁵ by the same score (95 % interval {low} to {high}) "
+    assert said + "and 2.00 × 10⁻⁵ by another." in sentences(both, Method.CROSS_ENTROPY)
 
 
 def test_where_no_failure_is_found_the_interval_is_that_of_the_crude_flights():

@@ -41,6 +41,7 @@ SHOWN = (
     "that fails, marked ×. A dot is a step: the share of flights at least as near to failure as those that it kept."
 )
 OPINIONS = " Dashed blue: second opinions, by the other method."
+UNDRAWN = " Not drawn: second opinions by another score, which do not tell kinds of failure apart."
 
 
 def write_report(record: RareRecord, campaign: Campaign, summary: RareSummary, path: Path, sheet: Sheet) -> Evidence:
@@ -77,7 +78,7 @@ def evidence(record: RareRecord, campaign: Campaign, summary: RareSummary, path:
         answer=said[0],
         sentences=said,
         record={**about, **as_json(summary)},
-        figures=[Figure(LEVELS, SHOWN + OPINIONS * bool(summary.opinions))] if kinds else [],
+        figures=[Figure(LEVELS, SHOWN + dashed(record.pieces, kinds))] if kinds else [],
         sections=[
             TableSection("Replicates", "replicates", REPLICATES, rows),
             *[part for one in summary.nearest for part in nearest(one, campaign.mission, path)],
@@ -122,6 +123,12 @@ def climbed(pieces: Sequence[FinishedPiece]) -> list[str]:
     """The kinds of failure that replicates found by steps, so that there is something to draw: not so common ones."""
     own = [event for one in pieces if one.kind == PieceKind.REPLICATE.value for event in one.events if event.probability > 0.0]
     return [*dict.fromkeys(event.failure for event in own if any(score is not None for score, _ in event.levels))]
+
+
+def dashed(pieces: Sequence[FinishedPiece], kinds: Sequence[str]) -> str:
+    """Which second opinions are drawn: those of any failure have no panel where each kind of failure has its own."""
+    drawn = [any(event.failure in kinds for event in one.events) for one in pieces if one.kind != PieceKind.REPLICATE.value]
+    return OPINIONS * any(drawn) + UNDRAWN * (False in drawn)
 
 
 def draw_levels(path: Path, pieces: Sequence[FinishedPiece], sheet: Sheet) -> None:

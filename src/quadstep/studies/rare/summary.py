@@ -240,6 +240,10 @@ def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[s
     if summary.one_by_one and summary.one_by_one < summary.flights and not summary.by_choice:
         plain = f"about {rounded(summary.one_by_one, 1)} instead of {summary.flights:,} for an interval as wide"
         lines[0] += f" A plain campaign needs fewer flights, {plain}."
+    if summary.opinions:  # in the order of `pieces`
+        scores = zip(("the same score", "another"), summary.opinions.values(), strict=False)
+        each = [in_words(one, score, "by") for score, one in scores]
+        lines.append(f"Second opinion{'s' * bool(each[1:])} by {method.other.words}, as a check: {units.listed(each)}.")
     if not summary.warnings:
         lines.append(f"Plain Monte Carlo, as a check: {summary.crude.sentence}.")
         if again := summary.again.flights:
@@ -254,7 +258,10 @@ def sentences(summary: RareSummary, method: Method, meaning: str = "") -> list[s
     return lines
 
 
-def in_words(one: Estimate, name: str) -> str:
-    """The probability of flights with a value of a choice; at most what plain flights leave where no failure was found."""
+def in_words(one: Estimate, name: str, by: str = "with") -> str:
+    """The probability of flights with a value of a choice, or by a score; at most what plain flights leave where no failure
+    was found. A single estimate has no interval.
+    """
     value, low, high = map(units.number, one)
-    return f"{value} with {name} (95 % interval {low} to {high})" if one.value else f"at most {high} with {name}"
+    ends = f" (95 % interval {low} to {high})" * one.bounded
+    return f"{value} {by} {name}{ends}" if one.value or not one.bounded else f"at most {high} {by} {name}"
