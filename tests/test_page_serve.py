@@ -535,6 +535,29 @@ def test_of_two_reports_whose_missions_are_only_named_nothing_is_said_to_be_the_
     assert "“a” and “b” are not ranked. " in text and "Same vehicle" not in text
 
 
+@pytest.mark.parametrize("key", ["controller", "controller.type"])
+def test_a_campaign_that_draws_its_controller_names_all_that_fly(tmp_path, key):
+    laws = ["pid", "geometric"] if key == "controller.type" else [{"type": "pid", "mass": 2.6}, {"type": "geometric"}]
+    for name, vary in (("a", {key: {"type": "choice", "values": laws}}), ("b", {})):
+        spoilt(tmp_path / name, name=name, vary=vary, mission={"controller": {"type": "pid", "k_x": len(vary)}})
+    text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
+    assert "controller pid or geometric pid" in text and "k_x" not in text
+
+
+def test_rows_of_a_table_that_three_columns_tell_apart_are_all_compared(tmp_path):
+    for name, median in (("a", "60 mm"), ("b", "62 mm")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "metrics.json").write_text("{}")
+        rows = [("on", "RMSE", "50 %", median), ("on", "RMSE", "90 %", "107 mm"), ("off", "RMSE", "50 %", "155 mm")]
+        distances = table(("nets", "metric", "share below", "value"), rows)
+        checks = table(("", "measured"), [("share", "100 %" if name == "a" else "–"), ("size", median)])
+        parts = [summary("An answer."), heading("Distance", "d"), distances, heading("Checks", "c"), checks]
+        (tmp_path / name / "report.html").write_text(page_text(name, parts, "campaign"))
+    text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
+    assert "Distance a b on, RMSE, 50 % 60 mm 62 mm Checks a b share 100 % – size 60 mm 62 mm" in text
+    assert "–: that report gives no value." in text
+
+
 def plain(text):
     """A page's words, a blank for each mark and non-breaking blank."""
     return re.sub(r"\s+", " ", unescape(re.sub(r"<[^>]*>", " ", text)))
@@ -631,12 +654,14 @@ def test_two_reports_of_a_kind_are_compared_by_the_values_of_their_tables_and_no
 
 
 def test_of_two_flights_by_one_controller_the_gains_that_differ_are_told(tmp_path):
-    laws = {"k_x": [9.0, 9.0, 9.0], "k_R": [0.6, 0.6, 0.2], "k_i": 1.0, "nets": {"on": True}}, {"k_x": None, "k_i": 1.0}
+    law = {"k_x": [9.0, 9.0, 9.0], "k_R": [0.6, 0.6, 0.2], "k_i": 1.0, "nets": {"on": True}, "k_v": [3.0, 3.0], "k_W": 30.0}
+    laws = law, {"k_x": None, "k_i": 1.0, "k_v": 3.0, "k_W": 30.0000001}
     for name, law in zip("ab", laws, strict=True):
         spoilt(tmp_path / name, name=name, mission={"controller": {"type": "geometric", **law}}, outcome="completed")
     text = plain(answer(tmp_path, "/compare?a=a&b=b").text)
     told = "controller.k_x 9 default controller.k_R 0.6, 0.6, 0.2 default controller.nets.on on default"
-    assert f"controller geometric geometric {told}" in text and "k_i" not in text
+    told += " controller.k_W 30.0 30.0000001"
+    assert f"controller geometric geometric {told}" in text and "k_i" not in text and "k_v" not in text
     spoilt(tmp_path / "c", name="c", mission={"controller": {"type": "pid", "k_x": 1.0}}, outcome="completed")
     assert "k_x" not in plain(answer(tmp_path, "/compare?a=a&b=c").text), "of another law it is another gain"
 

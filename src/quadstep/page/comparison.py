@@ -115,30 +115,39 @@ def differing_tables(names: list[str], *folders: Path) -> list[str]:
     with suppress(UserError, OSError):
         for title, rows in differences(*folders).items():
             body += [markup.heading(title, f"differs-{len(body)}"), markup.table(("", *names), rows[:MOST_ROWS])]
-    return [markup.paragraph("What their tables say differently; –: only the other report says it."), *body] if body else []
+    return [markup.paragraph("What their tables say differently; –: that report gives no value."), *body] if body else []
 
 
 def gains(*contents: Metrics) -> list[list[str]]:
-    """A row for each key of a controller of one kind in which two missions differ; without a value it is the default."""
+    """A row for each key of one controller that differs in two missions, in few digits where these differ, else in all."""
     with suppress(ValueError):  # of a file that names a key twice
-        first, second = (dotted(section(section(one, "mission"), "controller")) for one in contents)
-        if first.get("type") == second.get("type"):
-            keys = [key for key in {**first, **second} if first.get(key) != second.get(key)]
-            return [[f"controller.{key}", in_short(first.get(key)), in_short(second.get(key))] for key in keys[:MOST_ROWS]]
+        first, second = laws = [dotted(section(section(one, "mission"), "controller")) for one in contents]
+        told = ((key, [in_short(one.get(key), whole) for one in laws]) for whole in (True, False) for key in first | second)
+        if flown(contents[0]) == flown(contents[1]):
+            rows = {key: [f"controller.{key}", *both] for key, both in told if both[0] != both[1]}
+            return [*rows.values()][:MOST_ROWS]
     return []
 
 
-def in_short(value: object) -> str:
-    """A value of a mission; one that all axes share once."""
+def in_short(value: object, whole: bool = False) -> str:
+    """A value of a mission, none being the default; one that all axes share once. whole: in all its digits."""
     parts, said = value if isinstance(value, list) else [value], {"None": "default", "True": "on", "False": "off"}
-    each = [f"{one:g}" if isinstance(one, float) else said.get(str(one), str(one)) for one in parts]
+    each = [f"{one:g}" if isinstance(one, float) and not whole else said.get(str(one), str(one)) for one in parts]
     return units.numerals(each[0] if len({*each}) == 1 else ", ".join(each))
+
+
+def flown(content: Metrics) -> str:
+    """The controllers of a result: those that its flights draw, or that of its mission; empty where it is not known."""
+    drawn = section(vary := section(asked(content), "vary"), "controller")
+    drawn = section(vary, "controller.type") or section(drawn, "type") or drawn
+    values = found if isinstance(found := drawn.get("values"), list) else []
+    return units.listed([str(section({"": one}, "").get("type", one)) for one in values], "or") or controller(content)
 
 
 def grades(*contents: Metrics) -> list[list[str]]:
     """Rows of the controllers and grades of both flights, and of both loops at rest, where both are known."""
     rows = [
-        ["controller", *map(controller, contents)],
+        ["controller", *map(flown, contents)],
         *gains(*contents),
         ["grade", *(MARKS[found][2] if (found := grade(one)) in MARKS else found for one in contents)],
         ["loop at rest", *map(loop_grade, contents)],
@@ -165,9 +174,9 @@ def errors_figure(names: list[str], contents: Sequence[Metrics], folders: Sequen
     said = f"Distance from the path over time{', on a logarithmic scale' if lost else ''}."
     begun, shared = max(map(scored_from, contents)), min(map(len, lines.values()))
     spans = np.diff(t[:shared]) * (t[1:shared] > begun)
-    if not lost and spans.any():
-        first, second = (line[1:shared] for line in lines.values())
-        shares = [float(spans[closer].sum() / spans.sum()) for closer in (first < 0.999 * second, second < 0.999 * first)]
+    first, second = (line[1:shared] for line in lines.values())
+    if not lost and spans.any() and not np.allclose(first, second, 0.0, 1e-3 * first.max()):  # or no eye tells them apart
+        shares = [float(spans[closer].sum() / spans.sum()) for closer in (first < second, second < first)]
         near, share = max(zip(names, shares, strict=True), key=lambda one: one[1])
         said += f" {near} is the closer one {units.percent(share)} of the time{since(*contents)}." * (share > 0.5)
     job = FigureJob("errors", said, t, [Panel("distance", "m", lines, LOG if lost else "")])
@@ -226,9 +235,14 @@ def conditions(*contents: Metrics) -> str:
 
 def differing_keys(keys: Iterable[str], *contents: Metrics) -> list[str]:
     """Those of some keys of a study or its mission in which two results differ; nothing is as good as an empty list."""
-    files = (tomllib.loads(str(one["campaign"])) if "chunks" in one else {} for one in contents)
-    first, second = ({**file, **one, **section(one, "mission")} for file, one in zip(files, contents, strict=True))
+    first, second = map(asked, contents)
     return [key for key in keys if (first.get(key) or None) != (second.get(key) or None)]
+
+
+def asked(content: Metrics) -> Metrics:
+    """The keys of a study, of its file and of its mission, in one table."""
+    file = tomllib.loads(str(content["campaign"])) if "chunks" in content else {}
+    return {**file, **content, **section(content, "mission")}
 
 
 def numbers(content: Metrics) -> dict[str, float]:

@@ -42,11 +42,11 @@ def values(text: str) -> Iterator[tuple[str, str, str]]:
         head, _, body = table.rpartition("</thead>")
         columns = [plain_text(one) for one in CELL.findall(head)]
         rows = [[plain_text(one) for one in CELL.findall(row)] for row in ROW.findall(body)]
-        names = [row[0] for row in rows if row]
-        labels = 1 if len({*names}) == len(names) else 2
+        rows = [row for row in rows if row]
+        labels = next((of for of in (1, 2, 3) if len({tuple(row[:of]) for row in rows}) == len(rows)), 2)
         for row in rows:
             named = columns[labels:] if len(row) - labels > 1 else [""]
-            if row and not NUMBER.fullmatch(row[0]):
+            if not NUMBER.fullmatch(row[0]):
                 said = ", ".join(row[:labels])
                 kept = ((column, value) for column, value in zip(named, row[labels:], strict=False) if value)
                 yield from (
