@@ -62,8 +62,10 @@ def test_apostrophes_are_typographic_where_people_read_them_and_nothing_else_cha
         "<text>x's</text>",
         "<b>m</b>&#x27;</span>s",
     ]
-    text = markup.page_text("A teacher's page", body)
-    assert text.count("A teacher’s page") == 2 and "<b>m</b>’</span>s" in text
+    named = [markup.disclosure("campaign file it's.toml", ""), markup.table(("", ""), [("", "it's.toml")], markup.own)]
+    text = markup.page_text("O'Brien's 'calm'", [*body, *named])
+    assert text.count("O&apos;Brien&apos;s &apos;calm&apos;") == 2 and "<b>m</b>’</span>s" in text
+    assert text.count("it&apos;s.toml") == 2, "users' names of files stay as they are"
     assert "the law’s <code>it&#x27;s</code>’s ‘quoted’ word, vehicles’ masses" in text
     assert "echo &#x27;a&#x27;" in text and '<a href="it&#x27;s.html">it’s</a>' in text and "<text>x’s</text>" in text
 

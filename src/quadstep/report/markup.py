@@ -103,6 +103,11 @@ def script(body: str) -> str:
     return f'<script id="reader">{files("quadstep.report").joinpath("report.js").read_text(encoding="utf-8")}</script>'
 
 
+def own(text: str) -> str:
+    """The markup of a user's own name, or a file's, whose apostrophes stay as they are (`QUOTES`)."""
+    return escape(text).replace("&#x27;", "&apos;")
+
+
 def heading(text: str, anchor: str, set_as: Callable[[str], str] = rich) -> str:
     """A section heading. set_as: `escape` for text in which nothing is a symbol."""
     return f'<h2 id="{escape(anchor)}">{set_as(text)}</h2>'
@@ -137,7 +142,7 @@ def verbatim(text: str, under: str = "", on_paper: bool = True) -> str:
 def disclosure(words: str, body: str, on_paper: bool = True) -> str:
     """Markup that opens at a click on these words. on_paper: whether it is printed."""
     kind = "" if on_paper else ' class="screen"'
-    return f"<details{kind}><summary>{escape(words)}</summary>{body}</details>"
+    return f"<details{kind}><summary>{own(words)}</summary>{body}</details>"
 
 
 def links(places: Iterable[tuple[str, ...]], before: str = "") -> str:
@@ -275,13 +280,13 @@ def page_text(
     viewport = '<meta name="viewport" content="width=device-width, initial-scale=1">'
     made_by = f"quadstep {__version__}"
     on_paper = f'@page {{ font: 8pt Inter, sans-serif; color: #444; @bottom-left {{ content: "{made_by}"; }} }}'
-    head = f'<meta charset="utf-8">{viewport}<title>{escape(title)}</title>{more}'
+    head = f'<meta charset="utf-8">{viewport}<title>{own(title)}</title>{more}'
     head += f'<meta name="grade" content="{escape(grade)}">' * bool(grade)
     formulas = face(FORMULAS) if "<math" in body else ""
     above = f'<div class="top">{LOGO}<span>{escape(f"quadstep · {kind}" if kind else "quadstep")}</span></div>'
     page = (
         f'<!doctype html>\n<html lang="en"><head>{head}<style>{face(TEXT)}{formulas}{style()}{on_paper}</style></head>\n'
-        f"<body><header>{above}<h1>{escape(title)}</h1></header>\n{contents}<main>\n{body}\n</main>\n"
+        f"<body><header>{above}<h1>{own(title)}</h1></header>\n{contents}<main>\n{body}\n</main>\n"
         f'<footer class="colophon">{made_by}</footer>{script(body)}</body></html>\n'
     )
     return QUOTES.sub(lambda one: one[0] if one[0][0] == "<" else "’" if one["said"] is None else f"‘{one['said']}’", page)

@@ -242,7 +242,7 @@ def teacher_page(room: Room) -> str:
         teacher_news(room), '<div class="class"><section>', heading("Board", "ranking"), board(room),
         f'<ul class="screen">{links}</ul></section><section>', heading("Students", "students"), *students, "</section></div>",
     ]  # fmt: skip
-    return page_text(f"Teacher's page: {room.mission.name}", [*body, SCRIPT], "Class", STYLE)
+    return page_text(f"Teacher’s page: {room.mission.name}", [*body, SCRIPT], "Class", STYLE)
 
 
 def teacher_news(room: Room) -> str:

@@ -3,7 +3,6 @@
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from html import escape
 from itertools import chain
 from pathlib import Path
 from typing import cast
@@ -12,7 +11,7 @@ import numpy as np
 
 from quadstep.mission.fields import label, words
 from quadstep.page.model import Cell
-from quadstep.report import units
+from quadstep.report import markup, units
 from quadstep.report.evidence import Evidence, Figure, TableSection
 from quadstep.report.publish import booktabs
 from quadstep.report.sheet import Sheet
@@ -72,7 +71,7 @@ class Map(Study[Envelope]):
             figures=[Figure(PICTURE, caption(envelope, bool(links)), label="Map"), *[Figure(SLICES, along(envelope))] * lined],
             sections=[
                 *([TableSection("Panel by panel", "panels", header, rows)] if self.asked.by else []),
-                TableSection("Settings", "flown", ("", ""), settings(self.asked), set_as=escape),
+                TableSection("Settings", "flown", ("", ""), settings(self.asked), set_as=markup.own),
             ],
             paper=booktabs(header, [rows], [self.campaign.file.name]),
         )

@@ -65,7 +65,7 @@ def opening(store: Store, campaign: Campaign, summary: CampaignSummary, path: Pa
     varied = [(label(campaign.mission, key), key, variation_text(file, key)) for key in file.keys]
     return [
         TableSection("Campaign settings", "flown"),
-        TableSection(header=("", ""), rows=rows, set_as=escape),
+        TableSection(header=("", ""), rows=rows, set_as=markup.own),
         TableSection(header=("what varies", "key", "how"), rows=varied, set_as=escape),
         markup.verbatim(campaign.text, f"campaign file {path.name}"),
     ]
