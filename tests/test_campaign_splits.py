@@ -225,3 +225,22 @@ def test_without_limits_the_flights_with_the_best_choice_reach_the_end(tmp_path,
     flown = pa.table({OUTCOME: ended, SUCCESS: pa.array(places == 0)})
     by, _ = failures_go_with(flown, read, {key: VariedKey(places, ("on", "off"), FlightParts(places, 2, False))})
     assert did in by.replace("\N{NO-BREAK SPACE}", " ")
+
+
+def test_the_values_of_a_choice_of_numbers_are_named_with_their_unit():
+    random = np.random.default_rng(9)
+    late, nets = random.integers(0, 4, 4000), random.integers(0, 2, 4000)
+    columns = {
+        "sensors.latency": VariedKey(late, ("0", "0.02", "0.04", "0.06"), FlightParts(late, 4, True)),
+        "controller.nets.enabled": VariedKey(nets, ("on", "off"), FlightParts(nets, 2, False)),
+    }
+    units_of = {"sensors.latency": "s", "controller.nets.enabled": ""}
+    failed = random.random(4000) < np.array([0.05, 0.5, 0.5, 0.95])[late] * (1.0 - 0.4 * nets * (late == 1))
+    kinds = {"lost flights": (late == 2) & (nets == 0) & failed}
+    said = " ".join(findings(failed, kinds, columns, units_of)[1]).replace("\N{NO-BREAK SPACE}", " ")
+    for part in ("% at 0.06 s (", "% at 0 s (", "% at 0.02 or 0.04 s ("):
+        assert part in said, said
+    assert "below" not in said and "or more" not in said
+    only = np.where(late == 1, 0.8 * nets, 0.4) > random.random(4000)
+    said = " ".join(findings(only, {}, columns, units_of)[1]).replace("\N{NO-BREAK SPACE}", " ")
+    assert "With sensor latency = 0.02 s, the success rate varies with nets" in said, said

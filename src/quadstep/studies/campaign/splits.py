@@ -43,7 +43,7 @@ MOST_LINES = 3
 
 class KeyOrder(NamedTuple):
     """An order of the flights by a key. places: of each flight between the ends that are tried; ends: as they are told; about:
-    the value that distances count from, where they are the order.
+    the value that distances count from, where they are the order. first: of the values, of a choice of numbers.
     """
 
     key: str
@@ -52,11 +52,16 @@ class KeyOrder(NamedTuple):
     unit: str
     about: str = ""
     ordered: bool = True
+    first: str = ""
 
     def range_text(self, low: int, high: int) -> str:
         """How flights from one place to before another are called."""
         if not self.ordered:
             return f"with {with_option(self.key, self.ends[low])}"
+        if self.first:
+            values = [self.first, *self.ends][low:high]
+            between = " or " if len(values) == 2 else " to "
+            return f"at {between.join(dict.fromkeys((values[0], values[-1])))}{self.unit}"
         if not low:
             return f"below {self.ends[high - 1]}{self.unit}"
         if high > len(self.ends):
@@ -185,7 +190,7 @@ def splits(
         others = [scale for scale in scales if scale.key != key]
         each = [
             [best._replace(within=(key, text)) for best in best_of_keys(failed, one.values == place, others, tried)[:NAMED]]
-            for place, text in enumerate(options)
+            for place, text in enumerate(f"{option}{suffix_of(one, unit_of[key])}" for option in options)
         ]
         inner, own = [best for some in each for best in some[:1]], [split for split in alone if split.key == key]
         score = sum(split.score for split in (*own, *inner)) - (0.0 if own else cost(tried))
@@ -204,16 +209,21 @@ def best_of_keys(failed: Flights, where: Flights, scales: Sequence[KeyOrder], tr
 
 def scales_of(key: str, one: VariedKey, unit: str, nominal: float) -> list[KeyOrder]:
     """The orders of a key: its values, in round steps and tenths of the flights; how far it is from the mission's."""
-    suffix = units.unit_suffix(unit or "-")
+    suffix = suffix_of(one, unit)
     if one.options is not None:
         if one.parts.ordered:
-            return [KeyOrder(key, one.values.astype(np.int64), [*one.options[1:]], suffix)]
+            return [KeyOrder(key, one.values.astype(np.int64), [*one.options[1:]], suffix, first=one.options[0])]
         return [KeyOrder(key, one.values.astype(np.int64), [*one.options], "", ordered=False)]
     found = [(one.values, "")]
     off = np.sort(one.values - nominal)
     if len(off) >= A_GROUP and (reach := min(-off[A_GROUP - 1], off[-A_GROUP])) > 0.0:
         found.append((np.minimum(np.abs(one.values - nominal), reach), units.numerals(f"{nominal:.6g}")))
     return [KeyOrder(key, *cut(values), suffix, about) for values, about in found]
+
+
+def suffix_of(one: VariedKey, unit: str) -> str:
+    """What follows the values of a key: nothing where they are no numbers."""
+    return units.unit_suffix(unit or "-") * (one.options is None or one.parts.ordered)
 
 
 def cut(values: NDArray[np.float64]) -> tuple[NDArray[np.int64], list[str]]:
@@ -348,7 +358,7 @@ def shared(key: str, one: VariedKey, chosen: Flights, unit: str) -> list[Common]
     if not len(values) or (one.options and np.ptp(values)):
         return []
     if one.options:
-        return [Common(one.values == values[0], with_option(key, one.options[int(values[0])]), key)]
+        return [Common(one.values == values[0], with_option(key, f"{one.options[int(values[0])]}{suffix_of(one, unit)}"), key)]
     what = f"{'an' if words(key)[0] in 'aeio' else 'a'} {words(key)} of"
     low, high = units.rounded_down(float(values.min()), DIGITS), units.rounded_up(float(values.max()), DIGITS)
     return [Common(where, f"{what} {how} {units.number(end)}{units.unit_suffix(unit or '-')}", key) for where, how, end in (
