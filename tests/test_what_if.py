@@ -259,7 +259,7 @@ def test_a_change_that_saves_the_hardest_flights_is_not_said_to_fly_worse():
     found = in_flight(Row("position_rmse[m]", before, after, closer))
     assert found.before == "40\N{NO-BREAK SPACE}mm"
     assert found.after == "60\N{NO-BREAK SPACE}mm"
-    assert better_or_worse([found]) == "; better: position RMSE"
+    assert better_or_worse([found]) == "; better: position RMSE; nothing else that is shown is better or worse by 1 %"
 
 
 def test_what_is_not_shown_or_is_small_is_neither_better_nor_worse():
@@ -268,9 +268,10 @@ def test_what_is_not_shown_or_is_small_is_neither_better_nor_worse():
     small = in_flight(Row("rotor_activity[N/s]", before, after, Estimate(0.013, 0.012, 0.014)))
     unknown = in_flight(Row("rotor_activity[N/s]", before, after, Estimate(0.9, -0.1, 1.9)))
     first = in_flight(Row("saturation", Estimate(0.0, 0.0, 0.0), before, Estimate(0.2, 0.1, 0.3)))
-    assert better_or_worse([busier]) == "; worse: rotor activity"
+    rest = "; nothing else that is shown is better or worse by 1 %"
+    assert better_or_worse([busier]) == f"; worse: rotor activity{rest}"
     assert better_or_worse([small, unknown]) == "; nothing that is shown is better or worse by 1 %"
-    assert better_or_worse([busier, small, first]) == "; worse: saturation and rotor activity"
+    assert better_or_worse([busier, small, first]) == f"; worse: saturation and rotor activity{rest}"
 
 
 def test_of_many_parameters_the_first_are_named_and_of_those_that_stay_each_is_said(tmp_path):

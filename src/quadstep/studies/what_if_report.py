@@ -306,7 +306,7 @@ def better_or_worse(contrasts: Sequence[Contrast], told: Sequence[str] = ()) -> 
         names = [one.name for one in ordered if sign * one.gain >= NOTED]
         if names:
             clauses.append(f"; {word}: {units.listed(shortened(names))}")
-    return "".join(clauses) or f"; nothing {'else ' * bool(told)}that is shown is better or worse by 1 %"
+    return f"{''.join(clauses)}; nothing {'else ' * bool(clauses or told)}that is shown is better or worse by 1 %"
 
 
 def shortened(names: Sequence[str]) -> list[str]:
