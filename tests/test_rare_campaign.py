@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from quadstep.io.errors import InterruptedRun
+from quadstep.io.errors import InterruptedRun, UserError
 from quadstep.io.parts import sealed
 from quadstep.numbers.noise import probability
 from quadstep.report import units
@@ -235,6 +235,23 @@ def test_a_flight_keeps_or_changes_its_noise_by_its_number(tmp_path):
     table = flights.fly(Points(np.zeros((3, 1)), np.array([FIRST, FIRST + 1, FIRST])))
     first, other, same = table["position_rmse[m]"].to_pylist()
     assert first == same != other
+
+
+@pytest.mark.parametrize("together", [False, True])
+def test_a_draw_beyond_the_range_of_its_key_is_said_with_what_bounds_it(tmp_path, together):
+    law = 'controller = { type = "choice", values = [{ type = "rotation-backstepping", mass = 2.644 }] }\n'
+    alone = '[vary]\nvehicle.mass = { type = "normal", mean = 2.6, deviation = 0.4 }\n' + law
+    joint = "[vary]\n" + law + '[[correlated]]\nkeys = ["vehicle.mass", "wind.mean.0"]\nmean = [2.6, 1.0]\n'
+    joint += "covariance = [[0.16, 0.0], [0.0, 0.01]]\n"
+    rest = (joint if together else alone) + "[failure]\nlargest_error = 0.2\n"
+    flights = PointFlyer(read_campaign(written(tmp_path, rest, NOISY)))
+    latent = np.zeros((2, len(flights.campaign.file.keys)))
+    latent[1, flights.campaign.file.keys.index("vehicle.mass")] = -7.0
+    with pytest.raises(UserError) as error:
+        flights.fly(Points(latent, np.array([FIRST, FIRST + 1])))
+    end = "give vehicle.mass low or high in [vary]" + ", not in [[correlated]]" * together
+    assert str(error.value).endswith(end) and "vehicle.mass: should be" in str(error.value)
+    assert '{"type" = "rotation-backstepping", "mass" = 2.644}' in str(error.value), "as in TOML"
 
 
 def test_the_probability_is_said_of_each_value_of_a_choice(tmp_path):

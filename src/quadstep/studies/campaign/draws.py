@@ -190,7 +190,11 @@ def same(alone: object, together: object, place: int) -> bool:
 
 
 def values_text(values: Mapping[str, object]) -> str:
-    return ", ".join(f"{name} = {value!r:.40}" for name, value in itertools.islice(values.items(), 8))
+    """Values as in TOML, the first of many."""
+    texts = {
+        name: json.dumps(value, separators=(", ", " = "), default=str) for name, value in itertools.islice(values.items(), 8)
+    }
+    return ", ".join(f"{name} = {text if len(text) <= 60 else f'{text[:59]}…'}" for name, text in texts.items())
 
 
 class Variants:

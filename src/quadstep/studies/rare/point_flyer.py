@@ -45,6 +45,8 @@ def values(file: CampaignFile, latent: Floats) -> dict[str, DrawnColumn]:
     return {name: drawn[name] for name in file.keys}
 
 
+BOUND = "--rare also flies what hardly any flight of the campaign draws: give {} low or high in [vary]{}"
+
 FAR = 8.0
 """Deviations at which values are tried before anything is flown: a mission that accepts these accepts all in between."""
 
@@ -133,7 +135,12 @@ class PointFlyer:
     def fly(self, points: Points) -> pa.Table:
         """The flights of these points, one row each. Raises UserError for values that cannot be flown."""
         with np.errstate(all="ignore"):
-            return self.flyer.fly_values(points.noise, values(self.campaign.file, points.latent))
+            try:
+                return self.flyer.fly_values(points.noise, values(self.campaign.file, points.latent))
+            except UserError as error:
+                keys = [one for one in self.campaign.file.keys if f": {one}: " in str(error)]
+                said = [BOUND.format(one, ", not in [[correlated]]" * (one not in self.campaign.file.vary)) for one in keys]
+                raise UserError("; ".join([str(error), *said])) from None
 
 
 def scale(column: NDArray[np.float64]) -> Scale:
