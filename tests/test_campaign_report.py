@@ -1,5 +1,6 @@
 """report.html of a campaign: it shows what the flights did, for every kind of campaign, and appears whole."""
 
+import itertools
 import json
 import re
 import tomllib
@@ -688,3 +689,30 @@ def test_what_all_failed_flights_share_is_told_only_where_chance_does_not_explai
                 assert (found, int(fit)) == ("nets off", (nets == 1).sum())
         assert not caused or len(said) == 1 + ((nets == 1).mean() <= 0.6)
     assert wrong <= 12, "5 % of 150, and some"
+
+
+def test_the_legend_of_keys_and_names_of_values_have_room_and_a_panel_without_lines_is_grey(tmp_path, monkeypatch):
+    seen = []
+    monkeypatch.setattr(pictures, "write", lambda figure, *_: (figure.draw_without_rendering(), seen.append(figure)))
+    laws, random = ("geometric", "rotation-backstepping"), np.random.default_rng(5)
+    law, late = random.integers(0, 2, 400), random.integers(0, 3, 400)
+    good, error = random.random(400) < 0.5, random.random(400)
+    every, each = {"": law >= 0}, {f"controller = {name}": law == place for place, name in enumerate(laws)}
+    by = {"latency": (("0", "0.02", "0.04"), late, each), "controller": (laws, law, every)}
+    keys = []
+    for name, (labels, places, apart) in by.items():
+        cut = Bins(places, None, labels)
+        lines = {one: pictures.by_key(cut, good, error, where) for one, where in apart.items()}
+        keys.append(pictures.PlottedKey(name, cut, lines, ("largest_error[m]", None)))
+    for shown in ([*keys, keys[0]], keys[:1], keys[1:]):
+        pictures.draw_keys(tmp_path / "keys", shown)
+        for axes in seen[-1].axes:
+            box, ticks = axes.get_window_extent(), [one.get_window_extent() for one in axes.get_xticklabels()]
+            assert all(left.x1 + 3.0 < right.x0 for left, right in itertools.pairwise(ticks))
+            if legend := axes.get_legend():
+                held = legend.get_window_extent()
+                assert held.x1 <= box.x1 + 3.0 and held.y0 >= axes.title.get_window_extent().y1 - 3.0
+                assert held.y1 <= seen[-1].bbox.y1
+        assert bool(seen[-1].axes[0].get_legend()) == (shown[0] is keys[0])
+    blue = pictures.CURVES[0]
+    assert blue not in [line.get_color() for line in seen[-1].axes[0].lines], "the colour of a value where there is a legend"

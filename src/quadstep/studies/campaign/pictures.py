@@ -1,5 +1,6 @@
 """The figures of a campaign: how its flights ended, how far they were from the path, and what that depends on."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from quadstep.metrics.statistics import Estimate, share
 from quadstep.report import units
 from quadstep.report.axes import STEPS, plain_decades, powers
-from quadstep.report.canvas import LINES, drawing, figure_at, new_figure, wrapped, write
+from quadstep.report.canvas import LINES, MARK, SIDES, drawing, figure_at, legend_columns, new_figure, wrapped, write
 from quadstep.report.colours import COLOURS, CURVES
 from quadstep.report.sheet import COLUMN, PHONE, Sheet
 from quadstep.studies.campaign.varied import DECADES, Bins, spans_decades
@@ -155,29 +156,39 @@ def draw_keys(path: Path, keys: Sequence[PlottedKey], sheet: Sheet = SCREEN) -> 
         rows, size = -(-len(panels) // columns), rcParams["font.size"]
         room = [0.75 * sheet.inches(COLUMN) / columns / max(1, one.bins.size) for one in keys]
         labels = [
-            one.bins.labels if len(one.bins.labels) > 5 else [wrapped(label, wide, size) for label in one.bins.labels]
+            one.bins.labels if len(one.bins.labels) > 5 else [broken(label, wide, size) for label in one.bins.labels]
             for one, wide in zip(keys, room, strict=True)
         ]
         lines = [max(0.05 * len(one) if len(some) > 5 else 0.16 * one.count("\n") for one in some or [""]) for some in labels]
         below = 0.55 + max(lines)
-        above = 0.6 if any(len(one.lines) > 1 for one in keys) else 0.3
+        wide, size = 0.91 * sheet.inches(COLUMN) / (1.2 * columns - 0.2), rcParams["legend.fontsize"]
+        named = [[broken(name, wide - MARK * size / 72.0, size) for name in one.lines] for one in keys]
+        beside = [legend_columns(wide + SIDES, names, len(names)) for names in named]
+        high = [len("\n".join(some).split("\n")) / many for some, many in zip(named, beside, strict=True) if len(some) > 1]
+        above = 0.3 + (0.1 + 0.2 * max(high) if high else 0.0)
         height = 1.7 + above + below
         sides = 0.075, below / height, 0.985, 1.0 - above / height, 0.2
         figure = new_figure(sheet, (COLUMN, height * rows, 0.8 * height * len(panels) / columns), *sides)
         grid = figure.subplots(rows, columns, squeeze=False)
-        beside = {"loc": "lower left", "bbox_to_anchor": (-0.03, 1.12)}  # hides no interval
         for place, (axes, (one, draw)) in enumerate(zip(grid.ravel(), panels, strict=False)):
             draw(axes, one)
             if len(keys) > 1:
                 axes.set_title("succeed [%]" if place % columns == 0 else "")
             over_key(axes, one, labels[place % len(keys)])
             if len(one.lines) > 1 and (not place or one.lines.keys() != keys[0].lines.keys()):
-                axes.legend(ncols=len(one.lines), **beside)
+                drawn, which = axes.get_legend_handles_labels()[0], place % len(keys)
+                close = {"loc": "lower left", "bbox_to_anchor": (-0.03, 1.12)}  # hides no interval
+                axes.legend(drawn, named[which], ncols=beside[which], **close)
         lowest = min(axes.get_ylim() for axes in grid.ravel()[: len(panels)])
         for place, axes in enumerate(grid.ravel()):
             axes.set_ylim(lowest if len(keys) > 1 else None)  # one scale for all
             axes.set_visible(place < len(panels))
         write(figure, path, sheet)
+
+
+def broken(label: str, room: float, size: float) -> str:
+    """`wrapped`, also behind a hyphen between words."""
+    return wrapped(re.sub("(?<=[a-z])-(?=[a-z])", "- ", label), room, size).replace("- ", "-")
 
 
 def over_key(axes: Axes, key: PlottedKey, labels: Sequence[str]) -> None:
@@ -201,7 +212,8 @@ def over_key(axes: Axes, key: PlottedKey, labels: Sequence[str]) -> None:
 def draw_success(axes: Axes, key: PlottedKey) -> None:
     """The share of successes in each bin, with its interval."""
     least, bins, lines = 100.0, key.bins, key.lines
-    for color, (name, (good, _)) in zip(CURVES, lines.items(), strict=False):
+    plain = bins.edges is None and len(lines) == 1  # whose values may have colours of their own elsewhere
+    for color, (name, (good, _)) in zip(["0.4"] if plain else CURVES, lines.items(), strict=False):
         value, low, high = (100.0 * np.array(part) for part in zip(*good.values(), strict=True))
         at, left, right = across(bins, list(good))
         axes.hlines(value, left, right, color=color, linewidth=1.2)
@@ -234,10 +246,11 @@ def draw_errors(axes: Axes, key: PlottedKey, steep: float = DECADES) -> None:
         if not errors:
             continue
         low, middle, high = factor * np.array(list(errors.values())).T
+        color = "0.4" if bins.edges is None and len(lines) == 1 else style["color"]
         at, left, right = across(bins, list(errors))
         if bins.edges is None:
-            axes.bar(at, high - low, right - left, low, color=style["color"], alpha=0.35)
-            axes.hlines(middle, left, right, color=style["color"], linewidth=1.6)
+            axes.bar(at, high - low, right - left, low, color=color, alpha=0.35)
+            axes.hlines(middle, left, right, color=color, linewidth=1.6)
         else:
             axes.fill_between(at, low, high, linewidth=0.0, color=style["color"], alpha=0.35)
             median = f"{'median ' * differ}{name}{f' [{unit}]' * (unit != '-')}".strip()

@@ -255,7 +255,9 @@ def key_sections(
         }
         drawn[key] = PlottedKey(label(campaign.mission, key), cut, lines, (metric.name, metric.limit))
         draw_keys(of.folder / name, [drawn[key]], of.sheet)
-        shown[key] = figure(name, key_text.over_key(key, text.of_key(findings, key)))
+        elsewhere = at_top if len(at_top) > 1 else []
+        seen = {one: on for one, on in findings.items() if on[0] not in elsewhere or {*on} <= {key, apart}}
+        shown[key] = figure(name, key_text.over_key(key, text.of_key(seen, key)))
     at_top = [key for key in at_top if key in drawn]
     tops = [shown.pop(key) for key in at_top if len(at_top) == 1]
     if at_top and not tops:
