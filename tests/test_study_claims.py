@@ -13,7 +13,7 @@ from quadstep.report.units import rounded_up
 from quadstep.studies.paper.cases import NETS_OFF, adaptive, case_1
 from quadstep.studies.paper.claims import ClaimVerdict, check_claims
 from quadstep.studies.paper.claims_comparison import losses
-from quadstep.studies.paper.paper_figures import to_see
+from quadstep.studies.paper.paper_figures import figure_jobs, to_see
 from tests import golden
 
 
@@ -307,3 +307,11 @@ def test_the_reference_rests_at_the_end_point(doctored):
     assert claim.measured.startswith("The desired trajectory ends 0 m from the target")  # the vehicle does not end there
     assert "ends 0 m" not in to_see(4, [claim], doctored.study.logs["case2"])
     assert max(claim.values.values()) < 1e-12
+
+
+def test_the_angle_that_figure_5_leaves_out_hardly_changes_and_is_said_to_be(doctored):
+    logs = doctored.study.logs
+    assert "Not drawn, because it changes by less than 1e-06 rad: psi." in to_see(5, [], logs["case2"])
+    assert float(max(abs(logs["case1"].column("psi")))) < 0.5e-6
+    drawn = next(one for one in figure_jobs(logs) if one.name == "fig05")
+    assert not any("psi" in panel.label for panel in drawn.panels)

@@ -153,5 +153,6 @@ def to_see(number: int, claims: list[Claim], case_2: FlightLog) -> str:
     )
     still = of_case_2(case_2).get(number, ([], []))[1]
     said += [f"Not drawn, because they change by less than {FLAT:g} in SI units: {units.listed(still)}."] if still else []
+    said += [f"Not drawn, because it changes by less than {FLAT:g} rad: psi."] * (number == 5)
     said += [f"Drawn are the first {SOON:g} s."] * (number == 12)
     return " ".join([*said, f"The paper says of its figure: {PRINTED[number]}."])
