@@ -2,8 +2,8 @@
 
 import type { Ticks } from "./contract";
 
-const BUDGET = 8; // ms that all laws may take together
-const PATIENCE = 5; // budgets that they may take to reach the reader's cursor
+const BUDGET = 6; // ms that all laws may take together
+const PATIENCE = 7; // budgets that they may take to reach the reader's cursor
 const FIRST = 200; // ticks a millisecond, before a law has flown
 const COARSEST = 6; // halvings
 
