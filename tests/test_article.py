@@ -346,6 +346,14 @@ def test_an_axis_has_more_than_one_number(opened):
     assert until(page, lambda: page.locator("#nested .tick").evaluate_all(heights)[-4:] == ["−40", "−20", "0", "20"])
 
 
+CENTRE = """() => {
+  const label = document.querySelector("#nested text[data-s~=vel]");
+  label.scrollIntoView({ block: "center", behavior: "instant" });
+  const { x, y, width, height } = label.getBoundingClientRect();
+  return [x + width / 2, y + height / 2];
+}"""
+
+
 @needs(CHROMIUM)
 def test_back_returns_from_a_figure_to_its_link_and_a_resting_mouse_lights_nothing(opened):
     page = opened(1024)
@@ -356,10 +364,7 @@ def test_back_returns_from_a_figure_to_its_link_and_a_resting_mouse_lights_nothi
     assert until(page, lambda: page.evaluate("scrollY") < before - 500)
     page.go_back()
     assert until(page, lambda: page.evaluate("scrollY") == before)
-    label = page.locator("#nested text[data-s~=vel]").first
-    center = "one => { const { x, y, width, height } = one.getBoundingClientRect(); return [x + width / 2, y + height / 2]; }"
-    label.scroll_into_view_if_needed()
-    x, y = label.evaluate(center)
+    x, y = page.evaluate(CENTRE)  # at once: the figure is drawn anew meanwhile
     page.evaluate("scrollBy(0, 300)")
     page.mouse.move(x, y)
     page.evaluate("globalThis.over = []; addEventListener('pointerover', (event) => over.push(event.target.dataset.s))")

@@ -2,6 +2,7 @@
 
 import math
 import re
+import shutil
 import subprocess
 from dataclasses import dataclass, fields, replace
 
@@ -368,7 +369,7 @@ def test_what_is_no_compiler_is_named(monkeypatch, program, said):
 @pytest.mark.parametrize("tool", ["arm-none-eabi-gcc", "arm-none-eabi-size"])
 def test_the_data_sheet_says_which_program_is_missing(tmp_path, monkeypatch, tool):
     monkeypatch.setattr("quadstep.export.arm.missing_programs", lambda: [tool])
-    monkeypatch.setattr("quadstep.export.run.no_cppcheck", lambda: True)
+    monkeypatch.setattr("shutil.which", lambda name, which=shutil.which: None if name == "cppcheck" else which(name))
     mission = write(tmp_path, TEXT + '[controller]\ntype = "pid"\n')
     run = quadstep("export", mission, "--out", tmp_path / "pid", "--measure", "--precision", "f64")
     assert run.code == 0, run.err
