@@ -321,6 +321,10 @@ from quadstep import Mission, UserError, fly
 mission = Mission(path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 0.1})
 flight = fly(mission, engine="python")
 print(flight.ended, flight.column("x")[-1].hex())
+from quadstep.page.laws import Laws
+laws = Laws()
+laws.add(mission.plan(), quick=True)
+print(list(laws.laws), laws.modules)
 for use in (lambda: fly(mission), lambda: flight.save("nowhere")):
     try:
         use()
@@ -332,7 +336,8 @@ for use in (lambda: fly(mission), lambda: flight.save("nowhere")):
 def test_without_a_compiler_and_processes_as_in_a_browser_python_flies():
     ran = subprocess.run([sys.executable, "-c", BROWSER], capture_output=True, text=True, check=True)
     log = fly(Mission(path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 0.1}))
-    flown, lanes, saved = ran.stdout.splitlines()
+    flown, paged, lanes, saved = ran.stdout.splitlines()
     assert flown == f"0.1 {log.column('x')[-1].hex()}"
+    assert paged == "['law0'] {'law0': ''}"
     assert lanes == "engine 'lanes' needs llvmlite, which this Python does not have; engine 'python' works without it"
     assert saved.startswith("could not start a process to draw figures")

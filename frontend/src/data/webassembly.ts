@@ -15,7 +15,7 @@ export function compiled(module: string): WebAssembly.Module | undefined {
   }
 }
 
-/** What a module that exports `fly` does in place of a law in JavaScript. */
+/** What a module that exports `fly` does in place of a law in JavaScript; undefined as `compiled`. */
 export function runner(module: string): LawCode["run"] {
   const code = compiled(module);
   if (!code) return undefined;

@@ -141,7 +141,8 @@ def flown(content: Metrics) -> str:
     drawn = section(vary := section(asked(content), "vary"), "controller")
     drawn = section(vary, "controller.type") or section(drawn, "type") or drawn
     values = found if isinstance(found := drawn.get("values"), list) else []
-    return units.listed([str(section({"": one}, "").get("type", one)) for one in values], "or") or controller(content)
+    kinds = [one.get("type", one) if isinstance(one, dict) else one for one in values]
+    return units.listed([*map(str, kinds)], "or") or controller(content)
 
 
 def grades(*contents: Metrics) -> list[list[str]]:

@@ -13,7 +13,6 @@ from quadstep.control.backstepping import Backstepping, BacksteppingGains, Backs
 from quadstep.control.completed_backstepping import CompletedBackstepping
 from quadstep.engines.fly import FlightPlan
 from quadstep.engines.loop import Cycle, Loop, Numbers
-from quadstep.engines.wasm import flight_module
 from quadstep.interfaces.closed_loop import Clock, ClosedLoop
 from quadstep.interfaces.learning import DeclaredNet, StartWeights, output, random_input_weights
 from quadstep.interfaces.log import SAID
@@ -280,8 +279,10 @@ def compiled(plan: FlightPlan) -> Law:
 def module(plan: FlightPlan) -> str:
     """The law of a plan as WebAssembly, in base64; "" where there is none: the page flies it all the same, slower."""
     try:
+        from quadstep.engines.wasm import flight_module  # noqa: PLC0415 (the compiler, which notebooks in a browser lack)
+
         return base64.b64encode(flight_module(plan.loop, plan.start, plan.parameters)).decode("ascii")
-    except UserError:
+    except (UserError, ImportError):
         return ""
 
 

@@ -22,6 +22,7 @@ from quadstep.studies.campaign.varied import DECADES, Bins, spans_decades
 Numbers = NDArray[np.float64]
 
 LINE, LIMIT = CURVES[0], COLOURS["vermillion"]
+GREY = ("0.4",)
 NEAR, ROOM = 3.0, 0.3
 """Times the largest value, up to which a limit is drawn among the values; share of the width that half of its name takes."""
 
@@ -147,6 +148,11 @@ class PlottedKey(NamedTuple):
     lines: Mapping[str, ByKey]
     metric: tuple[str, float | None]
 
+    @property
+    def grey(self) -> bool:
+        """Whether it is a choice without lines of its own, whose values may have the colours of lines elsewhere."""
+        return self.bins.edges is None and len(self.lines) == 1
+
 
 def draw_keys(path: Path, keys: Sequence[PlottedKey], sheet: Sheet = SCREEN) -> None:
     """Success rates over keys side by side; over one, also the metric."""
@@ -212,8 +218,7 @@ def over_key(axes: Axes, key: PlottedKey, labels: Sequence[str]) -> None:
 def draw_success(axes: Axes, key: PlottedKey) -> None:
     """The share of successes in each bin, with its interval."""
     least, bins, lines = 100.0, key.bins, key.lines
-    plain = bins.edges is None and len(lines) == 1  # whose values may have colours of their own elsewhere
-    for color, (name, (good, _)) in zip(["0.4"] if plain else CURVES, lines.items(), strict=False):
+    for color, (name, (good, _)) in zip(GREY if key.grey else CURVES, lines.items(), strict=False):
         value, low, high = (100.0 * np.array(part) for part in zip(*good.values(), strict=True))
         at, left, right = across(bins, list(good))
         axes.hlines(value, left, right, color=color, linewidth=1.2)
@@ -246,7 +251,7 @@ def draw_errors(axes: Axes, key: PlottedKey, steep: float = DECADES) -> None:
         if not errors:
             continue
         low, middle, high = factor * np.array(list(errors.values())).T
-        color = "0.4" if bins.edges is None and len(lines) == 1 else style["color"]
+        color = GREY[0] if key.grey else style["color"]
         at, left, right = across(bins, list(errors))
         if bins.edges is None:
             axes.bar(at, high - low, right - left, low, color=color, alpha=0.35)
